@@ -1,0 +1,231 @@
+//! The one error type of the library.
+
+use thiserror::Error;
+
+/// What can go wrong, with the numbers that say where and what to do.
+#[derive(Debug, Error)]
+#[non_exhaustive]
+pub enum Error {
+    /// A number is outside the range in which it makes sense.
+    #[error("{name} = {value} is not usable: {requirement}")]
+    InvalidParameter {
+        /// Name of the parameter, in the words of the documentation.
+        name: &'static str,
+        /// The value that was given.
+        value: f64,
+        /// What the value must satisfy.
+        requirement: &'static str,
+    },
+    /// A slab side is too short for the minimum-image convention or for a single sphere.
+    #[error("the slab is {extent} diameters in {direction}, but at least {minimum} are needed: enlarge it")]
+    SlabTooSmall {
+        /// Axis: `x` (height), `y` or `z`.
+        direction: char,
+        /// The extent that was given, in diameters.
+        extent: f64,
+        /// The smallest extent allowed.
+        minimum: f64,
+    },
+    /// More spheres than close packing admits.
+    #[error(
+        "{particles} spheres fill {packing_fraction:.4} of the slab, above close packing 0.7405: \
+         at most {capacity} could fit; take fewer spheres or a larger slab"
+    )]
+    TooManyParticles {
+        /// Number of spheres that was asked for.
+        particles: usize,
+        /// Packing fraction that they would have.
+        packing_fraction: f64,
+        /// Upper bound on the number of spheres in this slab.
+        capacity: usize,
+    },
+    /// A field is not finite at some height of the slab.
+    #[error(
+        "the field gives acceleration {acceleration} and potential {potential} at height {height}: \
+         both must be finite over the whole slab"
+    )]
+    InvalidField {
+        /// Height of the offending value.
+        height: f64,
+        /// Acceleration there.
+        acceleration: f64,
+        /// Potential there.
+        potential: f64,
+    },
+    /// A field's potential is not the integral of its acceleration.
+    #[error(
+        "around height {height} the field's potential rises by {potential_difference}, but its \
+         acceleration integrates to {acceleration_integral}: `potential` must be the integral of \
+         `acceleration`; implement only `potential` to have the other derived"
+    )]
+    InconsistentField {
+        /// Middle of the interval that was compared.
+        height: f64,
+        /// Difference of the potential over the interval.
+        potential_difference: f64,
+        /// Integral of the acceleration over the interval.
+        acceleration_integral: f64,
+    },
+    /// A temperature is not positive and finite at some height of the slab.
+    #[error(
+        "the temperature is {temperature} at height {height}: it must be positive and finite over the \
+         whole slab; lower the lid or change the profile"
+    )]
+    InvalidTemperature {
+        /// Height of the offending value.
+        height: f64,
+        /// Temperature there.
+        temperature: f64,
+    },
+    /// The effective potential of a non-isothermal scene is not finite at some height.
+    #[error("the reduced potential is {potential} at height {height}: the scene is too steep there")]
+    InvalidPotential {
+        /// Height of the offending value.
+        height: f64,
+        /// Reduced potential there.
+        potential: f64,
+    },
+    /// A profile of bins was asked for that has no bins, or too many to be sensible.
+    #[error("{bins} bins over {extent} diameters is not usable: take between 1 and {maximum}")]
+    InvalidBins {
+        /// Number of bins that was asked for.
+        bins: usize,
+        /// Range to be divided.
+        extent: f64,
+        /// Largest number allowed.
+        maximum: usize,
+    },
+    /// Two given spheres overlap.
+    #[error(
+        "spheres {first} and {second} overlap: their centres are {distance} diameters apart, less than 1"
+    )]
+    Overlap {
+        /// Index of the first sphere.
+        first: usize,
+        /// Index of the second sphere.
+        second: usize,
+        /// Distance of their centres.
+        distance: f64,
+    },
+    /// A given sphere lies outside the slab, or a coordinate is not a number.
+    #[error(
+        "sphere {index} has {axis} = {value}, outside [{lowest}, {highest}]: \
+         move it inside (centres stay half a diameter off the walls)"
+    )]
+    OutsideSlab {
+        /// Index of the sphere.
+        index: usize,
+        /// Axis: `x`, `y` or `z`.
+        axis: char,
+        /// Coordinate along that axis.
+        value: f64,
+        /// Smallest value allowed.
+        lowest: f64,
+        /// Largest value allowed.
+        highest: f64,
+    },
+    /// The number of positions is not the number of spheres of the scene.
+    #[error("{found} positions were given for {expected} spheres")]
+    WrongParticleCount {
+        /// Number of spheres of the scene.
+        expected: usize,
+        /// Number of positions given.
+        found: usize,
+    },
+    /// Random sequential insertion found no room for the next sphere.
+    #[error(
+        "random insertion placed {placed} of {requested} spheres (packing fraction {packing_fraction:.3}) \
+         and then failed {attempts} times: start from the theory profile or a compact crystal instead"
+    )]
+    InsertionFailed {
+        /// Spheres placed.
+        placed: usize,
+        /// Spheres wanted.
+        requested: usize,
+        /// Failed attempts at the last sphere.
+        attempts: usize,
+        /// Packing fraction reached in the region that was being filled.
+        packing_fraction: f64,
+    },
+    /// A lattice start ran out of sites.
+    #[error(
+        "the lattice that fits this slab has {sites} sites for {particles} spheres: \
+         take fewer spheres or a larger slab"
+    )]
+    LatticeFull {
+        /// Sites available.
+        sites: usize,
+        /// Spheres wanted.
+        particles: usize,
+    },
+    /// No packing fraction gives the pressure that the column exerts.
+    #[error(
+        "the equation of state has no state with P/T = {reduced_pressure} (met at height {height}): \
+         use one whose domain reaches higher, or a lighter column"
+    )]
+    EquationOfStateExhausted {
+        /// Height at which the state was needed.
+        height: f64,
+        /// Pressure over temperature, in inverse cubic diameters.
+        reduced_pressure: f64,
+    },
+    /// A column that is open at the top does not end.
+    #[error(
+        "an open column in this field still holds pressure {pressure} at height {height}: \
+         the field must point down far above the bed, or the column needs a lid"
+    )]
+    UnboundedColumn {
+        /// Height reached.
+        height: f64,
+        /// Pressure there.
+        pressure: f64,
+    },
+    /// The hydrostatic equations could not be solved to the accuracy promised.
+    #[error(
+        "hydrostatics stopped at height {height} with residual {residual:e}: \
+         the scene may be discontinuous or too steep for the solver"
+    )]
+    HydrostaticsNotConverged {
+        /// Height at which the solver gave up, or the base.
+        height: f64,
+        /// Residual reached.
+        residual: f64,
+    },
+    /// An estimate was asked of too few data.
+    #[error("{available} observations are too few, {needed} are needed: run longer or observe more often")]
+    TooFewObservations {
+        /// Observations made.
+        available: usize,
+        /// Observations needed.
+        needed: usize,
+    },
+    /// An observer failed; its own error is the source.
+    #[error("an observer failed after sweep {sweep}")]
+    Observer {
+        /// Sweeps completed when it failed.
+        sweep: u64,
+        /// The observer's own error.
+        #[source]
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
+}
+
+impl Error {
+    /// Fails with [`Error::InvalidParameter`] unless `value` is finite and positive.
+    pub(crate) fn require_positive(name: &'static str, value: f64) -> Result<f64, Self> {
+        if value.is_finite() && value > 0.0 {
+            Ok(value)
+        } else {
+            Err(Self::InvalidParameter { name, value, requirement: "it must be positive and finite" })
+        }
+    }
+
+    /// Fails with [`Error::InvalidParameter`] unless `value` is finite.
+    pub(crate) fn require_finite(name: &'static str, value: f64) -> Result<f64, Self> {
+        if value.is_finite() {
+            Ok(value)
+        } else {
+            Err(Self::InvalidParameter { name, value, requirement: "it must be finite" })
+        }
+    }
+}

@@ -1,0 +1,1 @@
+//! The theory profile of a scene.

@@ -1,0 +1,225 @@
+//! Temperature profiles T(x).
+//!
+//! To add a profile, implement [`TemperatureProfile`] for a type of your own (one method), or wrap a
+//! closure in [`TemperatureFn`].
+
+use crate::numerics::differentiate;
+use crate::{Error, Slab};
+
+/// Temperature as a function of height, in m g d (Boltzmann's constant is 1).
+///
+/// ```
+/// use gradient_mc::TemperatureProfile;
+/// /// A hot plate in the middle.
+/// struct Bump;
+/// impl TemperatureProfile for Bump {
+///     fn temperature(&self, height: f64) -> f64 {
+///         10.0 + 5.0 * (-(height - 40.0).powi(2) / 200.0).exp()
+///     }
+/// }
+/// assert!(Bump.logarithmic_gradient(40.0).abs() < 1e-9);
+/// ```
+pub trait TemperatureProfile {
+    /// T(x): positive and finite over the whole slab.
+    fn temperature(&self, height: f64) -> f64;
+
+    /// d ln T/dx; the default differentiates [`temperature`](Self::temperature).
+    fn logarithmic_gradient(&self, height: f64) -> f64 {
+        differentiate(|x| self.temperature(x), height, 1e-3) / self.temperature(height)
+    }
+}
+
+impl<T: TemperatureProfile + ?Sized> TemperatureProfile for &T {
+    fn temperature(&self, height: f64) -> f64 {
+        (**self).temperature(height)
+    }
+    fn logarithmic_gradient(&self, height: f64) -> f64 {
+        (**self).logarithmic_gradient(height)
+    }
+}
+
+impl<T: TemperatureProfile + ?Sized> TemperatureProfile for Box<T> {
+    fn temperature(&self, height: f64) -> f64 {
+        (**self).temperature(height)
+    }
+    fn logarithmic_gradient(&self, height: f64) -> f64 {
+        (**self).logarithmic_gradient(height)
+    }
+}
+
+/// The same temperature everywhere: equilibrium, and no feedback of any kind.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Isothermal {
+    temperature: f64,
+}
+
+impl Isothermal {
+    /// Temperature in m g d.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless positive and finite.
+    pub fn new(temperature: f64) -> Result<Self, Error> {
+        Ok(Self { temperature: Error::require_positive("temperature", temperature)? })
+    }
+}
+
+impl TemperatureProfile for Isothermal {
+    #[inline]
+    fn temperature(&self, _height: f64) -> f64 {
+        self.temperature
+    }
+    #[inline]
+    fn logarithmic_gradient(&self, _height: f64) -> f64 {
+        0.0
+    }
+}
+
+/// T(x) = T₀ exp(−βx), eq. (2) of doi:10.1103/PhysRevE.83.061306: the paper's case (c).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExponentialTemperature {
+    base: f64,
+    decay_rate: f64,
+}
+
+impl ExponentialTemperature {
+    /// Temperature T₀ at x = 0 in m g d, and decay rate β in inverse diameters (negative: hotter
+    /// above).
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless T₀ is positive and both are finite.
+    pub fn new(base: f64, decay_rate: f64) -> Result<Self, Error> {
+        Ok(Self {
+            base: Error::require_positive("temperature at the base", base)?,
+            decay_rate: Error::require_finite("decay rate of the temperature", decay_rate)?,
+        })
+    }
+}
+
+impl TemperatureProfile for ExponentialTemperature {
+    fn temperature(&self, height: f64) -> f64 {
+        self.base * libm::exp(-self.decay_rate * height)
+    }
+    fn logarithmic_gradient(&self, _height: f64) -> f64 {
+        -self.decay_rate
+    }
+}
+
+/// T(x) = T₀ + s x; the slab must end before it reaches zero.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LinearTemperature {
+    base: f64,
+    slope: f64,
+}
+
+impl LinearTemperature {
+    /// Temperature at x = 0 in m g d, and its slope per diameter.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless T₀ is positive and both are finite.
+    pub fn new(base: f64, slope: f64) -> Result<Self, Error> {
+        Ok(Self {
+            base: Error::require_positive("temperature at the base", base)?,
+            slope: Error::require_finite("slope of the temperature", slope)?,
+        })
+    }
+}
+
+impl TemperatureProfile for LinearTemperature {
+    fn temperature(&self, height: f64) -> f64 {
+        self.base + self.slope * height
+    }
+    fn logarithmic_gradient(&self, height: f64) -> f64 {
+        self.slope / self.temperature(height)
+    }
+}
+
+/// A profile given at points, linear between them and constant beyond the first and last.
+///
+/// ```
+/// use gradient_mc::temperature::{TabulatedTemperature, TemperatureProfile};
+/// let profile = TabulatedTemperature::new(vec![(0.0, 20.0), (50.0, 10.0), (100.0, 30.0)])?;
+/// assert_eq!(profile.temperature(25.0), 15.0);
+/// assert_eq!(profile.temperature(1e3), 30.0);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct TabulatedTemperature {
+    points: Vec<(f64, f64)>,
+}
+
+impl TabulatedTemperature {
+    /// Pairs of height and temperature, heights strictly rising.
+    ///
+    /// # Errors
+    /// [`Error::InvalidTemperature`] for a temperature that is not positive and finite;
+    /// [`Error::InvalidParameter`] for an empty table, or a height that is not finite or does not
+    /// rise.
+    pub fn new(points: Vec<(f64, f64)>) -> Result<Self, Error> {
+        let requirement = "the table needs at least one point, and finite heights that rise";
+        let name = "height in the temperature table";
+        if points.is_empty() {
+            return Err(Error::InvalidParameter { name, value: f64::NAN, requirement });
+        }
+        let mut previous = f64::NEG_INFINITY;
+        for &(height, temperature) in &points {
+            if !height.is_finite() || height <= previous {
+                return Err(Error::InvalidParameter { name, value: height, requirement });
+            }
+            if !(temperature.is_finite() && temperature > 0.0) {
+                return Err(Error::InvalidTemperature { height, temperature });
+            }
+            previous = height;
+        }
+        Ok(Self { points })
+    }
+}
+
+impl TemperatureProfile for TabulatedTemperature {
+    fn temperature(&self, height: f64) -> f64 {
+        let above = self.points.partition_point(|&(x, _)| x <= height);
+        match (above.checked_sub(1).map(|below| self.points[below]), self.points.get(above)) {
+            (Some((x0, t0)), Some(&(x1, t1))) => t0 + (t1 - t0) * (height - x0) / (x1 - x0),
+            (Some((_, edge)), None) | (None, Some(&(_, edge))) => edge,
+            // Unreachable, since the table is not empty.
+            (None, None) => f64::NAN,
+        }
+    }
+}
+
+/// A profile from a closure T(x).
+///
+/// ```
+/// use gradient_mc::temperature::{TemperatureFn, TemperatureProfile};
+/// let profile = TemperatureFn(|height: f64| 10.0 + 5.0 * (height / 30.0).sin());
+/// assert_eq!(profile.temperature(0.0), 10.0);
+/// ```
+#[derive(Clone, Copy)]
+pub struct TemperatureFn<T>(
+    /// The closure, from height to temperature.
+    pub T,
+);
+
+impl<T> std::fmt::Debug for TemperatureFn<T> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter.write_str("TemperatureFn")
+    }
+}
+
+impl<T: Fn(f64) -> f64> TemperatureProfile for TemperatureFn<T> {
+    fn temperature(&self, height: f64) -> f64 {
+        (self.0)(height)
+    }
+}
+
+/// Checks a profile over the whole slab: positive and finite.
+pub(crate) fn probe<T: TemperatureProfile + ?Sized>(profile: &T, slab: &Slab) -> Result<(), Error> {
+    const PROBES: usize = 16_384;
+    for probe in 0..=PROBES {
+        let height = slab.height() * probe as f64 / PROBES as f64;
+        let temperature = profile.temperature(height);
+        if !(temperature.is_finite() && temperature > 0.0) {
+            return Err(Error::InvalidTemperature { height, temperature });
+        }
+    }
+    Ok(())
+}

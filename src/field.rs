@@ -215,7 +215,7 @@ impl<A: Fn(f64) -> f64> FieldFn<A> {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let panels = (slab.height() / Self::SPACING).ceil() as usize + 1;
         let mut nodes = Vec::with_capacity(panels + 1);
-        let mut potential = 0.0;
+        let mut potential = 0.0_f64;
         for panel in 0..=panels {
             let height = panel as f64 * Self::SPACING;
             let value = acceleration(height);

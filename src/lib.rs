@@ -7,16 +7,23 @@
     clippy::print_stdout,
     clippy::print_stderr
 )]
+#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::disallowed_methods))]
 
 pub mod equation_of_state;
 mod error;
 pub mod field;
 pub mod hydrostatics;
 mod numerics;
+mod observer;
+pub mod observers;
 mod slab;
+pub mod statistics;
 pub mod temperature;
 
+pub use equation_of_state::EquationOfState;
 pub use error::Error;
 pub use field::Field;
+pub use nalgebra::Vector3;
+pub use observer::{AcceptedMove, Every, Frame, Observer, ObserverError, Tally};
 pub use slab::Slab;
 pub use temperature::TemperatureProfile;

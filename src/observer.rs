@@ -1,0 +1,229 @@
+//! Observers: whatever looks at a simulation while it runs.
+//!
+//! To add one, implement [`Observer`] for a type of your own (one method) and pass it by mutable
+//! reference to [`Simulation::run`](crate::Simulation::run); results are read from it afterwards.
+
+use crate::{Field, Slab, TemperatureProfile};
+use nalgebra::Vector3;
+
+/// What an observer's failure may be: any error type of its own, boxed by `?`.
+pub type ObserverError = Box<dyn std::error::Error + Send + Sync>;
+
+/// A configuration as an observer sees it, after a whole number of sweeps.
+#[derive(Clone, Copy)]
+pub struct Frame<'a> {
+    pub(crate) slab: &'a Slab,
+    pub(crate) field: &'a dyn Field,
+    pub(crate) temperature: &'a dyn TemperatureProfile,
+    pub(crate) positions: &'a [[f64; 3]],
+    pub(crate) sweep: u64,
+    pub(crate) tally: &'a Tally,
+}
+
+impl std::fmt::Debug for Frame<'_> {
+    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        formatter
+            .debug_struct("Frame")
+            .field("slab", self.slab)
+            .field("particles", &self.positions.len())
+            .field("sweep", &self.sweep)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a> Frame<'a> {
+    /// The slab.
+    #[must_use]
+    pub fn slab(&self) -> &'a Slab {
+        self.slab
+    }
+
+    /// The external field of the scene.
+    #[must_use]
+    pub fn field(&self) -> &'a dyn Field {
+        self.field
+    }
+
+    /// The temperature profile of the scene.
+    #[must_use]
+    pub fn temperature(&self) -> &'a dyn TemperatureProfile {
+        self.temperature
+    }
+
+    /// Number of spheres.
+    #[must_use]
+    pub fn particles(&self) -> usize {
+        self.positions.len()
+    }
+
+    /// Centres of the spheres in diameters, x up, y and z inside the periodic widths. A sphere keeps
+    /// its place in this order for the whole run.
+    pub fn positions(&self) -> impl ExactSizeIterator<Item = Vector3<f64>> + Clone + 'a {
+        self.positions.iter().map(|&[x, y, z]| Vector3::new(x, y, z))
+    }
+
+    /// Heights of the centres, in the order of [`positions`](Self::positions).
+    pub fn heights(&self) -> impl ExactSizeIterator<Item = f64> + Clone + 'a {
+        self.positions.iter().map(|position| position[0])
+    }
+
+    /// Sweeps since the simulation was built, equilibration included.
+    #[must_use]
+    pub fn sweep(&self) -> u64 {
+        self.sweep
+    }
+
+    /// Trials and acceptances since the simulation was built.
+    #[must_use]
+    pub fn tally(&self) -> &'a Tally {
+        self.tally
+    }
+}
+
+/// Counts of trial moves and what became of them, since the simulation was built.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Tally {
+    /// Moves tried.
+    pub trials: u64,
+    /// Moves accepted.
+    pub accepted: u64,
+}
+
+impl Tally {
+    /// Fraction of trial moves that were accepted; NaN before the first.
+    #[must_use]
+    pub fn acceptance(&self) -> f64 {
+        self.accepted as f64 / self.trials as f64
+    }
+
+    /// What was counted since an earlier tally of the same run.
+    #[must_use]
+    pub fn since(&self, earlier: &Self) -> Self {
+        Self { trials: self.trials - earlier.trials, accepted: self.accepted - earlier.accepted }
+    }
+}
+
+/// One accepted move.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct AcceptedMove {
+    /// Height before the move.
+    pub from_height: f64,
+    /// Displacement, before periodic wrapping.
+    pub displacement: Vector3<f64>,
+}
+
+/// Something that looks at the configuration after every sweep.
+///
+/// Tuples of observers are observers, and so are `&mut O`, `Option<O>`, and `()`, which looks at nothing. Wrap one in
+/// [`Every`] to look less often.
+///
+/// ```
+/// use gradient_mc::{Frame, Observer, ObserverError};
+/// /// The highest sphere seen so far.
+/// #[derive(Default)]
+/// struct Highest(f64);
+/// impl Observer for Highest {
+///     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+///         self.0 = frame.heights().fold(self.0, f64::max);
+///         Ok(())
+///     }
+/// }
+/// ```
+pub trait Observer {
+    /// Looks at the configuration after a sweep.
+    ///
+    /// # Errors
+    /// Any error of the observer's own; it ends the run as [`Error::Observer`](crate::Error::Observer)
+    /// with the configuration intact.
+    fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError>;
+
+    /// Called at every accepted move; the default does nothing and compiles to nothing.
+    #[inline]
+    fn record_move(&mut self, _accepted: &AcceptedMove) {}
+}
+
+impl Observer for () {
+    fn observe(&mut self, _: &Frame<'_>) -> Result<(), ObserverError> {
+        Ok(())
+    }
+}
+
+impl<O: Observer + ?Sized> Observer for &mut O {
+    fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        (**self).observe(frame)
+    }
+    #[inline]
+    fn record_move(&mut self, accepted: &AcceptedMove) {
+        (**self).record_move(accepted);
+    }
+}
+
+impl<O: Observer + ?Sized> Observer for Box<O> {
+    fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        (**self).observe(frame)
+    }
+    #[inline]
+    fn record_move(&mut self, accepted: &AcceptedMove) {
+        (**self).record_move(accepted);
+    }
+}
+
+impl<O: Observer> Observer for Option<O> {
+    fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        self.as_mut().map_or(Ok(()), |observer| observer.observe(frame))
+    }
+    #[inline]
+    fn record_move(&mut self, accepted: &AcceptedMove) {
+        if let Some(observer) = self {
+            observer.record_move(accepted);
+        }
+    }
+}
+
+macro_rules! observe_tuple {
+    ($($name:ident $index:tt),+) => {
+        impl<$($name: Observer),+> Observer for ($($name,)+) {
+            fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+                $(self.$index.observe(frame)?;)+
+                Ok(())
+            }
+            #[inline]
+            fn record_move(&mut self, accepted: &AcceptedMove) {
+                $(self.$index.record_move(accepted);)+
+            }
+        }
+    };
+}
+observe_tuple!(A 0);
+observe_tuple!(A 0, B 1);
+observe_tuple!(A 0, B 1, C 2);
+observe_tuple!(A 0, B 1, C 2, D 3);
+observe_tuple!(A 0, B 1, C 2, D 3, E 4);
+observe_tuple!(A 0, B 1, C 2, D 3, E 4, G 5);
+
+/// Shows every `interval`-th sweep to the observer inside; moves are all passed on.
+#[derive(Debug, Clone)]
+pub struct Every<O> {
+    interval: u64,
+    /// The observer inside.
+    pub observer: O,
+}
+
+impl<O> Every<O> {
+    /// Observes the sweeps whose number is a multiple of `interval`; zero counts as one.
+    pub fn new(interval: u64, observer: O) -> Self {
+        Self { interval: interval.max(1), observer }
+    }
+}
+
+impl<O: Observer> Observer for Every<O> {
+    fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        if frame.sweep().is_multiple_of(self.interval) { self.observer.observe(frame) } else { Ok(()) }
+    }
+    #[inline]
+    fn record_move(&mut self, accepted: &AcceptedMove) {
+        self.observer.record_move(accepted);
+    }
+}

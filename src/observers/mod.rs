@@ -1,0 +1,1 @@
+//! Ready observers: one file per observable.

@@ -134,6 +134,7 @@ pub fn drift(series: &[f64]) -> Result<Estimate, Error> {
 }
 
 #[cfg(test)]
+#[allow(clippy::float_cmp)] // compares only what is exact
 mod tests {
     use super::*;
     use crate::statistics::test_series::autoregressive;

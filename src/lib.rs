@@ -23,6 +23,7 @@ pub mod temperature;
 pub use equation_of_state::EquationOfState;
 pub use error::Error;
 pub use field::Field;
+pub use hydrostatics::{HydrostaticProfile, Hydrostatics};
 pub use nalgebra::Vector3;
 pub use observer::{AcceptedMove, Every, Frame, Observer, ObserverError, Tally};
 pub use slab::Slab;

@@ -1,6 +1,6 @@
 //! A fluid and a solid equation, joined at the phase transition.
 
-use super::{Domain, EquationOfState, FREEZING, MELTING};
+use super::{Domain, EquationOfState, FREEZING, MELTING, ModifiedKolafa, SpeedySolid};
 use crate::Error;
 
 /// Where fluid and solid coexist.
@@ -42,10 +42,24 @@ impl Default for Coexistence {
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct FluidSolid<F, S> {
+pub struct FluidSolid<F = ModifiedKolafa, S = SpeedySolid> {
     fluid: F,
     solid: S,
     cuts: Coexistence,
+}
+
+impl Default for FluidSolid {
+    /// Hard spheres as well as they are known here: the modified Kolafa-Labík-Malijevský fluid and
+    /// Speedy's solid, joined at P/T = 11.56.
+    fn default() -> Self {
+        // What `new` finds, to the last bit, as a test checks; for these two it cannot fail.
+        let cuts = Coexistence {
+            fluid: 0.491_707_782_994_691_64,
+            solid: 0.543_204_740_627_804_4,
+            ..Coexistence::default()
+        };
+        Self { fluid: ModifiedKolafa, solid: SpeedySolid, cuts }
+    }
 }
 
 impl<F: EquationOfState, S: EquationOfState> FluidSolid<F, S> {
@@ -128,5 +142,16 @@ impl<F: EquationOfState, S: EquationOfState> EquationOfState for FluidSolid<F, S
             let guess = guess.map_or(self.cuts.solid, |eta| eta.max(self.cuts.solid));
             self.solid.packing_fraction_at(reduced_pressure, Some(guess))
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_is_what_new_finds() {
+        let found = FluidSolid::new(ModifiedKolafa, SpeedySolid, Coexistence::default()).unwrap();
+        assert_eq!(FluidSolid::default(), found);
     }
 }

@@ -85,6 +85,23 @@ impl DensityProfile {
         Ok(points.collect())
     }
 
+    /// Any function of the bins' number densities, with errors by jackknife over blocks.
+    ///
+    /// # Errors
+    /// [`Error::TooFewObservations`] below 16 frames.
+    pub fn jackknife<R: AsRef<[f64]>>(
+        &self,
+        mut function: impl FnMut(&[f64]) -> R,
+    ) -> Result<Vec<Estimate>, Error> {
+        let volume = self.bins.volume();
+        let mut densities = Vec::with_capacity(self.bins.count());
+        self.averages.jackknife(|counts| {
+            densities.clear();
+            densities.extend(counts.iter().map(|count| count / volume));
+            function(&densities)
+        })
+    }
+
     /// Adds what an independent replica of the scene has seen.
     ///
     /// # Errors

@@ -2,16 +2,28 @@
 //!
 //! Two homogeneous scenes without gravity bound what a column contains: a dense fluid (packing
 //! fraction 0.45, S = 0.12), where overlap tests dominate, and the paper's dilute start (n = 0.1,
-//! S = 0.75), where memory does. Each figure is the median of several turns taken alternately, in time
-//! of this thread, which a busy machine disturbs least.
+//! S = 0.75), where memory does. In each, three programs take turns: the paper's algorithm written
+//! plainly, the library, and the library with a drive specialised by hand, which shows what being
+//! generic costs. Ratios are medians over turns, in CPU time of this thread: absolute figures drift
+//! on a busy machine.
 
 #![allow(clippy::print_stdout)]
 
-use gradient_mc::{Error, Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+mod plain;
+
+use gradient_mc::drive::{Drive, Scheme};
+use gradient_mc::field::UniformField;
+use gradient_mc::start::Positions;
+use gradient_mc::temperature::Isothermal;
+use gradient_mc::{Error, Scene, Simulation, Slab};
+use plain::PlainColumn;
 use rustix::time::{ClockId, clock_gettime};
 
 const PARTICLES: usize = 25_000;
-const TURNS: usize = 7;
+const TURNS: usize = 15;
+const SWEEPS: u64 = 40;
+const WIDTH: f64 = 25.0;
+const TEMPERATURE: f64 = 20.0;
 
 /// CPU seconds of this thread.
 fn cpu_seconds() -> f64 {
@@ -19,54 +31,70 @@ fn cpu_seconds() -> f64 {
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
-struct Case {
-    name: &'static str,
-    simulation: Simulation<UniformField, Isothermal>,
-    sweeps: u64,
-    rates: Vec<f64>,
+/// φ/T of a weightless gas, all that an isothermal scene could be specialised to.
+#[derive(Debug, Clone, Copy)]
+struct ByHand;
+
+impl<F, T> Drive<F, T> for ByHand {
+    #[inline]
+    fn reduced_potential(&self, _: &Scene<F, T>, height: f64) -> f64 {
+        0.0 * height
+    }
 }
 
-impl Case {
-    fn new(name: &'static str, number_density: f64, displacement: f64, sweeps: u64) -> Result<Self, Error> {
-        let slab = Slab::new(PARTICLES as f64 / (625.0 * number_density), 25.0, 25.0)?;
-        let scene = Scene::new(slab, PARTICLES, UniformField::new(0.0)?, Isothermal::new(1.0)?)?;
-        let mut simulation = Simulation::builder(scene).maximum_displacement(displacement).seed(1).build()?;
-        simulation.equilibrate(200, &mut ())?;
-        Ok(Self { name, simulation, sweeps, rates: Vec::new() })
+impl<F, T> Scheme<F, T> for ByHand {
+    type Drive = Self;
+    fn drive(self, _: &Scene<F, T>) -> Result<Self, Error> {
+        Ok(self)
     }
+}
 
-    fn turn(&mut self) -> Result<(), Error> {
-        let start = cpu_seconds();
-        self.simulation.run(self.sweeps, &mut ())?;
-        self.rates.push((self.sweeps * PARTICLES as u64) as f64 / (cpu_seconds() - start));
-        Ok(())
-    }
+/// Million trial moves per CPU second of one turn.
+fn rate(mut turn: impl FnMut() -> Result<(), Error>) -> Result<f64, Error> {
+    let start = cpu_seconds();
+    turn()?;
+    Ok(1e-6 * (SWEEPS * PARTICLES as u64) as f64 / (cpu_seconds() - start))
+}
 
-    fn median(&self) -> f64 {
-        let mut rates = self.rates.clone();
-        rates.sort_by(f64::total_cmp);
-        rates[rates.len() / 2]
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values[values.len() / 2]
+}
+
+fn compare(name: &str, number_density: f64, displacement: f64) -> Result<(), Error> {
+    let height = PARTICLES as f64 / (WIDTH * WIDTH * number_density);
+    let slab = Slab::new(height, WIDTH, WIDTH)?;
+    let scene = Scene::new(slab, PARTICLES, UniformField::new(0.0)?, Isothermal::new(TEMPERATURE)?)?;
+    let mut start = Simulation::builder(scene).maximum_displacement(displacement).seed(1).build()?;
+    start.equilibrate(300, &mut ())?;
+    let positions = start.positions();
+    let builder = || {
+        let start = Positions(positions.clone());
+        Simulation::builder(scene).start(start).maximum_displacement(displacement).seed(2)
+    };
+    let mut plain = PlainColumn::new(height, WIDTH, TEMPERATURE, displacement, &positions);
+    let mut library = builder().build()?;
+    let mut by_hand = builder().scheme(ByHand).build()?;
+    let mut rates = [Vec::new(), Vec::new(), Vec::new()];
+    for _ in 0..TURNS {
+        rates[0].push(rate(|| {
+            (0..SWEEPS).for_each(|_| plain.sweep());
+            Ok(())
+        })?);
+        rates[1].push(rate(|| library.run(SWEEPS, &mut ()))?);
+        rates[2].push(rate(|| by_hand.run(SWEEPS, &mut ()))?);
     }
+    let ratio = |of: usize, to: usize| median(rates[of].iter().zip(&rates[to]).map(|(a, b)| a / b).collect());
+    println!("{name}, acceptance {:.3}", library.tally().acceptance());
+    for (label, rates) in ["plain loop", "library", "library, drive by hand"].iter().zip(&rates) {
+        println!("  {label:<24} {:>6.2} million trial moves per CPU second", median(rates.clone()));
+    }
+    println!("  library / plain loop     {:>6.2}", ratio(1, 0));
+    println!("  library / by hand        {:>6.3}", ratio(1, 2));
+    Ok(())
 }
 
 fn main() -> Result<(), Error> {
-    let dense = 0.45 * 6.0 / std::f64::consts::PI;
-    let mut cases = [
-        Case::new("dense: packing fraction 0.45, S = 0.12", dense, 0.12, 100)?,
-        Case::new("dilute: n = 0.1, S = 0.75", 0.1, 0.75, 100)?,
-    ];
-    for _ in 0..TURNS {
-        for case in &mut cases {
-            case.turn()?;
-        }
-    }
-    for case in &cases {
-        println!(
-            "{:<40} {:>6.2} million trial moves per CPU second (acceptance {:.3})",
-            case.name,
-            case.median() / 1e6,
-            case.simulation.tally().acceptance()
-        );
-    }
-    Ok(())
+    compare("dense: packing fraction 0.45, S = 0.12", 0.45 * 6.0 / std::f64::consts::PI, 0.12)?;
+    compare("dilute: n = 0.1, S = 0.75", 0.1, 0.75)
 }

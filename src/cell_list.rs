@@ -1,15 +1,67 @@
-//! Neighbour search: cells at least one diameter wide, each holding its spheres' coordinates.
+//! Neighbour search: cells at least one diameter wide, whose spheres' coordinates are kept in pages.
 //!
-//! Cells along x are contiguous in memory, so the 27 cells around a point are nine runs of three.
-//! Occupation counts are kept apart from the coordinates: most cells of a dilute column are empty,
-//! and a byte per cell stays in the cache where the coordinates do not.
+//! Most cells of a tall column are empty, and a page exists only for a cell that is not: memory is
+//! proportional to the number of spheres, four bytes per cell apart, and what a trial touches stays in
+//! the cache. Cells along x are contiguous, so the 27 cells around a point are nine runs of three.
 
 use crate::Slab;
 
 /// Empty cells before the first and behind the last along x stand in for what is beyond the walls.
 const PADDING: usize = 1;
-/// Coordinates' places in a cell before any has overflowed.
-const INITIAL_CAPACITY: usize = 4;
+/// Spheres per page.
+const SLOTS: usize = 4;
+/// Stands for "no page"; page 0 is never used.
+const NONE: u32 = 0;
+
+/// Height of an empty slot: out of reach of every sphere, so that a page is always tested whole,
+/// without a branch per slot.
+const NOWHERE: f64 = 1e9;
+
+/// Some of the spheres of one cell. A cell that overflows chains pages; only the first of a chain may
+/// be partly filled.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+struct Page {
+    x: [f64; SLOTS],
+    y: [f64; SLOTS],
+    z: [f64; SLOTS],
+    occupants: [u32; SLOTS],
+    next: u32,
+    count: u32,
+}
+
+impl Page {
+    const EMPTY: Self = Self {
+        x: [NOWHERE; SLOTS],
+        y: [0.0; SLOTS],
+        z: [0.0; SLOTS],
+        occupants: [u32::MAX; SLOTS],
+        next: NONE,
+        count: 0,
+    };
+
+    fn set(&mut self, slot: usize, [x, y, z]: [f64; 3]) {
+        (self.x[slot], self.y[slot], self.z[slot]) = (x, y, z);
+    }
+
+    fn get(&self, slot: usize) -> [f64; 3] {
+        [self.x[slot], self.y[slot], self.z[slot]]
+    }
+
+    /// Whether each slot holds a sphere other than `ignored` nearer than one diameter to `position`.
+    #[inline]
+    fn overlaps(&self, position: [f64; 3], widths: [f64; 2], ignored: u32) -> [bool; SLOTS] {
+        std::array::from_fn(|slot| {
+            // Absolute differences first: then the distance is the same to the last bit whichever of the
+            // two spheres is being moved.
+            let dx = position[0] - self.x[slot];
+            let dy = (position[1] - self.y[slot]).abs();
+            let dz = (position[2] - self.z[slot]).abs();
+            let (dy, dz) = (dy.min(widths[0] - dy), dz.min(widths[1] - dz));
+            (dx * dx + dy * dy + dz * dz < 1.0) & (self.occupants[slot] != ignored)
+        })
+    }
+}
 
 #[derive(Debug, Clone)]
 pub(crate) struct CellList {
@@ -19,15 +71,12 @@ pub(crate) struct CellList {
     inverse_sides: [f64; 3],
     /// Periodic widths along y, z.
     widths: [f64; 2],
-    /// Places per cell.
-    capacity: usize,
-    /// Spheres in each cell.
-    counts: Vec<u8>,
-    /// Coordinates by place: `cell * capacity + slot`.
-    coordinates: Vec<[f64; 3]>,
-    /// Sphere at each place.
-    occupants: Vec<u32>,
-    /// Place of each sphere.
+    /// First page of each cell.
+    heads: Vec<u32>,
+    pages: Vec<Page>,
+    /// Pages out of use.
+    free: Vec<u32>,
+    /// Place of each sphere: `page * SLOTS + slot`.
     places: Vec<u32>,
 }
 
@@ -46,7 +95,6 @@ impl CellList {
         let widths = slab.widths();
         let extents = [slab.height(), widths[0], widths[1]];
         let cells = extents.map(division);
-        let total = (cells[0] + 2 * PADDING) * cells[1] * cells[2];
         let mut inverse_sides = [0.0; 3];
         for axis in 0..3 {
             inverse_sides[axis] = cells[axis] as f64 / extents[axis];
@@ -55,10 +103,9 @@ impl CellList {
             cells,
             inverse_sides,
             widths,
-            capacity: INITIAL_CAPACITY,
-            counts: vec![0; total],
-            coordinates: vec![[0.0; 3]; total * INITIAL_CAPACITY],
-            occupants: vec![0; total * INITIAL_CAPACITY],
+            heads: vec![NONE; (cells[0] + 2 * PADDING) * cells[1] * cells[2]],
+            pages: vec![Page::EMPTY],
+            free: Vec::new(),
             places: Vec::new(),
         }
     }
@@ -86,41 +133,47 @@ impl CellList {
         )
     }
 
-    /// The cells before, at and after `index` along a periodic axis, with the image shift of each.
+    /// The cells at, before and after `index` along a periodic axis.
     #[inline]
-    fn periodic_neighbours(index: usize, cells: usize, width: f64) -> [(usize, f64); 3] {
-        let before = if index == 0 { (cells - 1, -width) } else { (index - 1, 0.0) };
-        let after = if index + 1 == cells { (0, width) } else { (index + 1, 0.0) };
-        [(index, 0.0), before, after]
+    fn periodic_neighbours(index: usize, cells: usize) -> [usize; 3] {
+        [
+            index,
+            if index == 0 { cells - 1 } else { index - 1 },
+            if index + 1 == cells { 0 } else { index + 1 },
+        ]
     }
 
-    /// First place whose sphere is nearer than one diameter to `position` and not at `ignored`.
+    /// First page and slot whose sphere is nearer than one diameter to `position` and is not `ignored`.
     #[inline]
-    fn find_overlap(&self, position: [f64; 3], ignored: usize) -> Option<usize> {
+    fn find_overlap(&self, position: [f64; 3], ignored: u32) -> Option<(usize, usize)> {
         let x = self.coordinate(0, position[0]);
         let y = self.coordinate(1, position[1]);
         let z = self.coordinate(2, position[2]);
-        let rows_y = Self::periodic_neighbours(y, self.cells[1], self.widths[0]);
-        let rows_z = Self::periodic_neighbours(z, self.cells[2], self.widths[1]);
-        for (z, shift_z) in rows_z {
-            for (y, shift_y) in rows_y {
+        // First the occupied cells without a branch, then their spheres: which cells are occupied is not
+        // predictable, and a wrong guess costs more than an idle slot.
+        let mut occupied = [NONE; 28];
+        let mut pages = 0;
+        for z in Self::periodic_neighbours(z, self.cells[2]) {
+            for y in Self::periodic_neighbours(y, self.cells[1]) {
                 let first = self.cell(x, y, z) - 1;
-                let Some(counts) = self.counts.get(first..first + 3) else { continue };
-                for (offset, &count) in counts.iter().enumerate() {
-                    let start = (first + offset) * self.capacity;
-                    for (slot, other) in
-                        self.coordinates[start..start + usize::from(count)].iter().enumerate()
-                    {
-                        let dx = position[0] - other[0];
-                        // The difference first, the shift second: then the distance is the same to the
-                        // last bit whichever of the two spheres is being moved.
-                        let dy = (position[1] - other[1]) - shift_y;
-                        let dz = (position[2] - other[2]) - shift_z;
-                        if dx * dx + dy * dy + dz * dz < 1.0 && start + slot != ignored {
-                            return Some(start + slot);
-                        }
-                    }
+                for &head in &self.heads[first..first + 3] {
+                    occupied[pages] = head;
+                    pages += usize::from(head != NONE);
                 }
+            }
+        }
+        for &head in &occupied[..pages] {
+            let mut index = head as usize;
+            loop {
+                let page = &self.pages[index];
+                let overlaps = page.overlaps(position, self.widths, ignored);
+                if overlaps.iter().fold(false, |any, &this| any | this) {
+                    return overlaps.iter().position(|&this| this).map(|slot| (index, slot));
+                }
+                if page.next == NONE {
+                    break;
+                }
+                index = page.next as usize;
             }
         }
         None
@@ -129,19 +182,23 @@ impl CellList {
     /// Whether a sphere other than `sphere` overlaps one at `position`.
     #[inline]
     pub(crate) fn overlaps(&self, sphere: usize, position: [f64; 3]) -> bool {
-        self.find_overlap(position, self.places[sphere] as usize).is_some()
+        // The scene limits the number of spheres to u32.
+        #[allow(clippy::cast_possible_truncation)]
+        let ignored = sphere as u32;
+        self.find_overlap(position, ignored).is_some()
     }
 
     /// A sphere that overlaps one at `position`, and the distance between the two.
     pub(crate) fn overlapping(&self, position: [f64; 3]) -> Option<(usize, f64)> {
-        self.find_overlap(position, usize::MAX).map(|place| {
-            let other = self.coordinates[place];
+        self.find_overlap(position, u32::MAX).map(|(page, slot)| {
+            let page = &self.pages[page];
+            let other = page.get(slot);
             let along = |axis: usize| {
                 let distance = (position[axis] - other[axis]).abs();
                 distance.min(self.widths[axis - 1] - distance)
             };
             let [dx, dy, dz] = [position[0] - other[0], along(1), along(2)];
-            (self.occupants[place] as usize, (dx * dx + dy * dy + dz * dz).sqrt())
+            (page.occupants[slot] as usize, (dx * dx + dy * dy + dz * dz).sqrt())
         })
     }
 
@@ -154,64 +211,66 @@ impl CellList {
         self.place(sphere, self.cell_of(position), position);
     }
 
-    /// Moves `sphere` to `position`.
+    /// Moves `sphere` from `old` to `position`.
     #[inline]
-    pub(crate) fn relocate(&mut self, sphere: usize, position: [f64; 3]) {
+    pub(crate) fn relocate(&mut self, sphere: usize, old: [f64; 3], position: [f64; 3]) {
         let place = self.places[sphere] as usize;
-        let (old, new) = (place / self.capacity, self.cell_of(position));
-        if old == new {
-            self.coordinates[place] = position;
+        let (from, to) = (self.cell_of(old), self.cell_of(position));
+        if from == to {
+            self.pages[place / SLOTS].set(place % SLOTS, position);
         } else {
-            self.vacate(place, old);
+            self.vacate(place, from);
             // The scene limits the number of spheres to u32.
             #[allow(clippy::cast_possible_truncation)]
-            self.place(sphere as u32, new, position);
+            self.place(sphere as u32, to, position);
         }
     }
 
-    /// Takes the sphere at `place` out of `cell`; the cell's last sphere fills the gap.
+    /// Takes the sphere at `place` out of `cell`; the last sphere of the cell's first page fills the
+    /// gap.
     fn vacate(&mut self, place: usize, cell: usize) {
-        self.counts[cell] -= 1;
-        let last = cell * self.capacity + usize::from(self.counts[cell]);
-        self.coordinates[place] = self.coordinates[last];
-        self.occupants[place] = self.occupants[last];
+        let head = self.heads[cell];
+        let page = &mut self.pages[head as usize];
+        page.count -= 1;
+        let last = page.count as usize;
+        let (occupant, coordinates) = (page.occupants[last], page.get(last));
+        if page.count == 0 {
+            self.heads[cell] = page.next;
+            self.free.push(head);
+        }
+        let gap = &mut self.pages[place / SLOTS];
+        gap.occupants[place % SLOTS] = occupant;
+        gap.set(place % SLOTS, coordinates);
+        self.pages[head as usize].x[last] = NOWHERE;
         // `place` was a u32 before.
         #[allow(clippy::cast_possible_truncation)]
         let place_index = place as u32;
-        self.places[self.occupants[place] as usize] = place_index;
+        self.places[occupant as usize] = place_index;
     }
 
     fn place(&mut self, sphere: u32, cell: usize, position: [f64; 3]) {
-        if usize::from(self.counts[cell]) == self.capacity {
-            self.grow();
-        }
-        let place = cell * self.capacity + usize::from(self.counts[cell]);
-        self.counts[cell] += 1;
-        self.coordinates[place] = position;
-        self.occupants[place] = sphere;
-        #[allow(clippy::cast_possible_truncation)]
-        let place_index = place as u32;
-        self.places[sphere as usize] = place_index;
-    }
-
-    /// Makes room for more spheres per cell; happens a few times at most, in dense packings.
-    #[cold]
-    fn grow(&mut self) {
-        let (old, new) = (self.capacity, self.capacity + 2);
-        let total = self.counts.len();
-        let mut coordinates = vec![[0.0; 3]; total * new];
-        let mut occupants = vec![0; total * new];
-        for cell in 0..total {
-            for slot in 0..usize::from(self.counts[cell]) {
-                coordinates[cell * new + slot] = self.coordinates[cell * old + slot];
-                occupants[cell * new + slot] = self.occupants[cell * old + slot];
+        let head = self.heads[cell];
+        if head == NONE || self.pages[head as usize].count as usize == SLOTS {
+            let index = self.free.pop().unwrap_or_else(|| {
+                self.pages.push(Page::EMPTY);
+                // Fewer pages than spheres are in use, and spheres times slots fit a u32.
                 #[allow(clippy::cast_possible_truncation)]
-                let place = (cell * new + slot) as u32;
-                self.places[self.occupants[cell * old + slot] as usize] = place;
-            }
+                let last = (self.pages.len() - 1) as u32;
+                last
+            });
+            let page = &mut self.pages[index as usize];
+            (page.count, page.next) = (0, head);
+            self.heads[cell] = index;
         }
-        self.coordinates = coordinates;
-        self.occupants = occupants;
-        self.capacity = new;
+        let head = self.heads[cell] as usize;
+        let page = &mut self.pages[head];
+        let slot = page.count as usize;
+        page.count += 1;
+        page.occupants[slot] = sphere;
+        page.set(slot, position);
+        // Pages times slots fit a u32.
+        #[allow(clippy::cast_possible_truncation)]
+        let place = (head * SLOTS + slot) as u32;
+        self.places[sphere as usize] = place;
     }
 }

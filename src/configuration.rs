@@ -79,7 +79,7 @@ impl Configuration {
     /// Moves `sphere` to a position that was found free.
     #[inline]
     pub(crate) fn relocate(&mut self, sphere: usize, position: [f64; 3]) {
-        self.cells.relocate(sphere, position);
+        self.cells.relocate(sphere, self.positions[sphere], position);
         self.positions[sphere] = position;
     }
 }

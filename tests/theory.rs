@@ -1,5 +1,7 @@
 //! Equations of state and the hydrostatic theory against references, closed forms and identities.
 #![allow(clippy::disallowed_methods, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+// Exact zeros and forwarded values are meant exactly; small types live beside the test that uses them.
+#![allow(clippy::float_cmp, clippy::items_after_statements)]
 
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use gradient_mc::equation_of_state::{
@@ -58,7 +60,7 @@ fn derivatives_of_every_equation_are_consistent() {
         let etas: &[f64] =
             if *name == "Speedy" { &[0.53, 0.56, 0.6, 0.7] } else { &[0.001, 0.05, 0.2, 0.35, 0.48] };
         for &eta in etas {
-            let h = 1e-3 * eta;
+            let h = 1e-4 * eta;
             let slope = |f: &dyn Fn(f64) -> f64| {
                 (8.0 * (f(eta + h) - f(eta - h)) - (f(eta + 2.0 * h) - f(eta - 2.0 * h))) / (12.0 * h)
             };
@@ -156,13 +158,13 @@ fn inversion_returns_the_packing_fraction_it_came_from() {
 
 #[test]
 fn inversion_tells_when_there_is_no_state() {
-    // The polynomial has a maximum near 0.6.
+    // The polynomial has a maximum at 0.571.
     let maximum = (5000..7000)
         .map(|i| 1e-4 * f64::from(i))
         .map(|eta| number_density(eta) * ModifiedKolafa.compressibility_factor(eta))
         .fold(0.0, f64::max);
     let below = ModifiedKolafa.packing_fraction_at(0.9999 * maximum, None).unwrap();
-    assert!(below > 0.52 && below < 0.65, "{below}");
+    assert!(below > 0.56 && below < 0.571, "{below}");
     assert!(ModifiedKolafa.compressibility_derivative(below) > -ModifiedKolafa.compressibility_factor(below));
     for factor in [1.0001, 2.0, 1e6] {
         for guess in [None, Some(0.3), Some(0.7)] {
@@ -262,7 +264,7 @@ fn pointers_forward_every_method() {
 // Hydrostatics against the reference solvers
 // ---------------------------------------------------------------------------------------------
 
-/// Compares a file of reference columns; returns the worst relative deviation of n(0), h_c, profile.
+/// Compares a file of reference columns; returns the worst relative deviation of base, centre of mass and profile.
 fn compare_with_reference<E: EquationOfState + Copy>(file: &str, equation: E) -> [f64; 3] {
     let path = format!("{}/tests/reference/{file}", env!("CARGO_MANIFEST_DIR"));
     let mut reader = csv::Reader::from_path(path).unwrap();
@@ -345,7 +347,8 @@ fn freezing_is_flagged_and_only_then() {
     assert_eq!((exit.lowest_height, exit.limit), (0.0, 0.4917));
     assert_relative_eq!(exit.packing_fraction, 0.570_408_793_213_238, max_relative = 1e-10);
     assert_relative_eq!(frozen.packing_fraction(exit.highest_height), 0.4917, max_relative = 1e-9);
-    assert!(exit.highest_height > 25.0 && exit.highest_height < 30.0);
+    // n = 0.9391 between two rows of the tabulated column.
+    assert_abs_diff_eq!(exit.highest_height, 31.94, epsilon = 0.01);
     for (t0, alpha, beta) in [(5.0, 0.0, 0.0), (20.0, 0.05, 0.0), (20.0, 0.0, 0.05)] {
         assert_eq!(paper(CarnahanStarling, t0, alpha, beta).domain_exit(), None);
     }
@@ -369,8 +372,8 @@ fn crystal_below_fluid_as_in_the_reference() {
     for row in csv::Reader::from_path(path).unwrap().records() {
         let row: Vec<f64> = row.unwrap().iter().map(|field| field.parse().unwrap()).collect();
         let reduced_pressure = profile.pressure(row[0]) / 20.0;
-        assert_abs_diff_eq!(profile.number_density(row[0]), row[1], epsilon = 3e-4);
-        assert_abs_diff_eq!(reduced_pressure, row[2], epsilon = 3e-3);
+        assert_abs_diff_eq!(profile.number_density(row[0]), row[1], epsilon = 1e-5);
+        assert_abs_diff_eq!(reduced_pressure, row[2], epsilon = 3e-4);
         rows += 1;
     }
     assert_eq!(rows, 91);
@@ -493,7 +496,7 @@ fn both_fields_varying_agree_with_equation_7() {
         assert_relative_eq!(profile.number_density(height), expected, max_relative = 1e-9);
     }
     // The column density by an independent quadrature.
-    let h = 120.0 / 24_000.0;
+    let h = 240.0 / 24_000.0;
     let simpson: f64 = (0..=24_000)
         .map(|i| {
             let weight = if i == 0 || i == 24_000 { 1.0 } else { f64::from(2 + 2 * (i % 2)) };
@@ -560,7 +563,7 @@ fn jumps_of_temperature_stay_jumps() {
             .windows(2)
             .all(|pair| pair[1] <= pair[0])
     };
-    assert!(falling(16.0, jump) && falling(jump, 18.0));
+    assert!(falling(16.0, jump) && falling(jump + 1e-12, 18.0));
     assert!(profile.number_density(jump + 1e-9) > profile.number_density(jump - 1e-9) + 0.1);
     let (height, density) = profile.density_maximum();
     assert_abs_diff_eq!(height, jump, epsilon = 1e-9);
@@ -571,6 +574,56 @@ fn jumps_of_temperature_stay_jumps() {
         Hydrostatics::new(UniformField::default(), &table, CarnahanStarling).column_density(40.0).unwrap();
     for x in [0.0, 12.3, 12.4, 39.9, 40.1, 70.0] {
         assert_relative_eq!(profile.pressure(x), profile.column_above(x), max_relative = 1e-10);
+    }
+}
+
+#[test]
+fn a_jump_is_found_wherever_it_falls() {
+    // The first panels are 2 wide, and a jump just below or on their ends lies beyond the last node.
+    for jump in [1e-3, 1.9, 1.991, 1.995, 1.999, 2.0, 2.001, 4.0, 16.0, 39.99] {
+        let temperature = TemperatureFn(move |x: f64| if x < jump { 20.0 } else { 8.0 });
+        let column = Hydrostatics::new(UniformField::default(), temperature, CarnahanStarling);
+        let profile = column.column_density(40.0).unwrap();
+        assert_relative_eq!(profile.base_pressure(), 40.0, max_relative = 1e-10);
+        assert_abs_diff_eq!(profile.density_maximum().0, jump, epsilon = 1e-11);
+        // A jump of the field, from gravity 1 to 3: the weight above it counts three times.
+        struct Step(f64);
+        impl Field for Step {
+            fn potential(&self, x: f64) -> f64 {
+                x + 2.0 * (x - self.0).max(0.0)
+            }
+            fn acceleration(&self, x: f64) -> f64 {
+                if x < self.0 { 1.0 } else { 3.0 }
+            }
+        }
+        let warm = Isothermal::new(20.0).unwrap();
+        let profile = Hydrostatics::new(Step(jump), warm, CarnahanStarling).column_density(40.0).unwrap();
+        let weight = profile.column_below(jump) + 3.0 * profile.column_above(jump);
+        assert_relative_eq!(profile.base_pressure(), weight, max_relative = 1e-10);
+    }
+    // A front of the crystal, at many places.
+    for step in 0..40 {
+        let profile = paper(spheres(), 20.0, 0.1 + 1e-3 * f64::from(step), 0.0);
+        let alpha = 0.1 + 1e-3 * f64::from(step);
+        let (mut low, mut high) = (5.0, 40.0);
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if profile.packing_fraction(middle) > 0.52 { low = middle } else { high = middle }
+        }
+        let weight = |low: f64, high: f64| {
+            let h = (high - low) / 2000.0;
+            (0..=2000)
+                .map(|i| {
+                    let factor = if i == 0 || i == 2000 { 1.0 } else { f64::from(2 + 2 * (i % 2)) };
+                    let x = low + h * f64::from(i);
+                    factor * (alpha * x).exp() * profile.number_density(x)
+                })
+                .sum::<f64>()
+                * h
+                / 3.0
+        };
+        let weight = weight(0.0, low - 1e-11) + weight(high + 1e-11, 60.0);
+        assert_relative_eq!(profile.base_pressure(), weight, max_relative = 1e-9);
     }
 }
 

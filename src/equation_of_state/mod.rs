@@ -6,11 +6,11 @@
 //! |---|---|---|---|
 //! | [`IdealGas`] | points | any | none for points; 1 % for spheres at η = 0.0025 |
 //! | [`CarnahanStarling`] | fluid | to freezing | 0.3 % |
-//! | [`ModifiedKolafa`] | fluid | to freezing | about 0.01 % |
+//! | [`ModifiedKolafa`] | fluid | to freezing | the smallest of these |
 //! | [`PercusYevickCompressibility`] | fluid | to freezing | +7 % at freezing |
 //! | [`PercusYevickVirial`] | fluid | to freezing | −15 % at freezing |
 //! | [`VirialSeries`] | fluid | to 0.4 | −0.4 % at 0.4 (all ten terms) |
-//! | [`SpeedySolid`] | fcc crystal | from 0.52 | about 0.1 % |
+//! | [`SpeedySolid`] | fcc crystal | from 0.52 | meets P/T = 11.56 at melting |
 //! | [`FluidSolid`] | both | of its parts | of its parts |
 
 mod carnahan_starling;

@@ -22,9 +22,9 @@ const DEGREE: usize = 22;
 /// The modified equation of Kolafa, Labík and Malijevský: a polynomial in η/(1 − η), the most
 /// accurate fluid equation here.
 ///
-/// Fitted to simulations of up to a million spheres, metastable fluid to η = 0.52 included; its
+/// Fitted to simulations, the metastable fluid to η = 0.52 included; its
 /// domain ends at freezing because a crystal is the stable state beyond. The pressure has a maximum
-/// at η of about 0.6, above which it cannot be inverted. S. Pieprzyk, M. N. Bannerman, A. C. Brańka,
+/// at η = 0.571 (P/T = 22.1), above which it cannot be inverted. S. Pieprzyk, M. N. Bannerman, A. C. Brańka,
 /// M. Chudak and D. M. Heyes, Phys. Chem. Chem. Phys. 21, 6886 (2019), doi:10.1039/C9CP00903E.
 ///
 /// ```

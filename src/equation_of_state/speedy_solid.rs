@@ -9,7 +9,7 @@ const POLE: f64 = 0.601;
 /// Speedy's fcc crystal: Z = 3/(1 − z) − 0.5921 (z − 0.7072)/(z − 0.601), z the packing fraction in
 /// units of close packing.
 ///
-/// Fitted to molecular dynamics between melting and close packing. The domain starts at η = 0.52, a
+/// A fit to molecular dynamics of the crystal. The domain starts at η = 0.52, a
 /// little below melting, so that the crystal can also be cut at a coexistence pressure somewhat below
 /// the usual one; further down the formula has a pole. R. J. Speedy, J. Phys.: Condens. Matter 10,
 /// 4387 (1998), doi:10.1088/0953-8984/10/20/006.

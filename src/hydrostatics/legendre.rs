@@ -23,13 +23,24 @@ pub(super) struct Legendre {
     analysis: [Series; ORDER],
 }
 
+/// k/(k + 1), so that the recurrence does without division.
+const RATIOS: [f64; ORDER] = {
+    let mut ratios = [0.0; ORDER];
+    let mut k = 0;
+    while k < ORDER {
+        ratios[k] = k as f64 / (k + 1) as f64;
+        k += 1;
+    }
+    ratios
+};
+
 /// P₀(t) ... P₁₆(t).
 fn polynomials(t: f64) -> [f64; ORDER + 1] {
     let mut values = [1.0; ORDER + 1];
     values[1] = t;
     for k in 1..ORDER {
-        let degree = k as f64;
-        values[k + 1] = ((2.0 * degree + 1.0) * t * values[k] - degree * values[k - 1]) / (degree + 1.0);
+        let product = t * values[k];
+        values[k + 1] = product + RATIOS[k] * (product - values[k - 1]);
     }
     values
 }
@@ -121,7 +132,7 @@ mod tests {
         let rule = Legendre::new();
         let values = rule.nodes.map(|t| (1.3 * t).exp());
         let coefficients = rule.coefficients(&values);
-        for t in [-1.0, -0.4, 0.0, 0.77, 1.0] {
+        for t in [-1.0_f64, -0.4, 0.0, 0.77, 1.0] {
             let integral = ((1.3 * t).exp() - (-1.3_f64).exp()) / 1.3;
             assert_relative_eq!(evaluate(&coefficients, t), (1.3 * t).exp(), max_relative = 1e-13);
             assert_relative_eq!(evaluate_integral(&coefficients, t), integral, epsilon = 1e-14);

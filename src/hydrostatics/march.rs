@@ -40,7 +40,7 @@ pub(super) struct Panel {
     pub(super) density: Series,
     /// A panel of rounding width around a jump, in which the series means nothing.
     pub(super) jump: bool,
-    /// Density at the first and last node.
+    /// Density at the start and the end.
     pub(super) edges: [f64; 2],
     /// ∫ n dx over the panel.
     pub(super) mass: f64,
@@ -147,7 +147,8 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
                 return Err(Error::HydrostaticsNotConverged { height, residual });
             }
             // Near the base no feature of the scene wider than half a diameter can hide between nodes.
-            width = width.min(2.0 + 0.02 * climb);
+            let resolution = 4.0 * f64::EPSILON * height.abs().max(1.0);
+            width = width.min(2.0 + 0.02 * climb).max(resolution);
             let end = match self.lid {
                 // No sliver is left below the lid.
                 Some(lid) if height + 1.001 * width >= lid => lid,
@@ -166,7 +167,8 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
                 Err(error) => return Err(error),
             };
             let drop = (trial.ln_pressure_at_end - ln_pressure).abs();
-            let noise = NOISE_TOLERANCE * (1.0 + (highest - ln_pressure).abs() / 50.0);
+            // Less is asked of the thin top, where the rounding of a steep scene grows.
+            let noise = NOISE_TOLERANCE * libm::exp((0.1 * (highest - ln_pressure)).clamp(0.0, 14.0));
             let smooth =
                 trial.tail <= TAIL_TOLERANCE || (trial.tail <= noise && trial.tail > 0.25 * rejected_tail);
             // NaN fails this comparison and is halved down to the limit.
@@ -182,8 +184,9 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
             let mut panel = trial.panel;
             panel.jump = !accepted;
             panels.push(panel);
-            // Grow at once unless this panel was halved: what made it so is just ahead.
-            let growth = if rejected_tail.is_finite() && accepted { 1.0 } else { 4.0 };
+            // Grow at once, unless this panel came out of halving: what made it so is just ahead.
+            let halved = rejected_tail.is_finite() && trial.tail <= TAIL_TOLERANCE;
+            let growth = if halved { 1.0 } else { 4.0 };
             let slope = drop / (end - height);
             width = (growth * (end - height)).min(LARGEST_DROP / slope.max(1e-300));
             rejected_tail = f64::INFINITY;
@@ -237,8 +240,26 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
         let moments: Series = std::array::from_fn(|i| (heights[i] - self.base) * densities[i]);
         let ln_density = self.rule.coefficients(&ln_densities);
         let ln_pressure_series = self.rule.coefficients(&ln_pressures);
+        let ln_pressure_at_end = ln_pressure + half * self.rule.integrate(&slopes);
+        // The outermost nodes lie inside the panel: a jump beyond them shows only at the ends.
+        let pull_series = self.rule.coefficients(&pull);
+        let mut edges = [0.0; 2];
+        let mut mismatch = 0.0_f64;
+        for (edge, height, t, value, node) in
+            [(0, start, -1.0, ln_pressure, 0), (1, end, 1.0, ln_pressure_at_end, ORDER - 1)]
+        {
+            let temperature = self.temperature(height)?;
+            let ln_reduced_pressure = value - libm::log(temperature);
+            let state = self.state(height, ln_reduced_pressure, guesses[node])?;
+            let ln_density_here = ln_reduced_pressure - libm::log(state.factor);
+            edges[edge] = libm::exp(ln_density_here);
+            let pull_here = self.acceleration(height)? / temperature;
+            mismatch = mismatch
+                .max((ln_density_here - evaluate(&ln_density, t)).abs())
+                .max(half * (pull_here - evaluate(&pull_series, t)).abs());
+        }
         // An iteration that has not converged is worth as much as a series that has not.
-        let tail = ln_density[ORDER - 3..].iter().fold(change, |tail, coefficient| {
+        let tail = ln_density[ORDER - 3..].iter().fold(change.max(mismatch), |tail, coefficient| {
             if coefficient.is_nan() { f64::NAN } else { tail.max(coefficient.abs()) }
         });
         let panel = Panel {
@@ -248,16 +269,11 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
             ln_pressure: ln_pressure_series,
             density: self.rule.coefficients(&densities),
             jump: false,
-            edges: [densities[0], densities[ORDER - 1]],
+            edges,
             mass,
             moment: half * self.rule.integrate(&moments),
         };
-        Ok(Trial {
-            panel,
-            tail,
-            ln_pressure_at_end: ln_pressure + half * self.rule.integrate(&slopes),
-            packing_fraction_at_end: guesses[ORDER - 1],
-        })
+        Ok(Trial { panel, tail, ln_pressure_at_end, packing_fraction_at_end: guesses[ORDER - 1] })
     }
 
     /// Height and number density of the densest point of a solved column.

@@ -229,6 +229,9 @@ impl HydrostaticProfile {
             } else {
                 low = height;
             }
+            if excess.abs() <= 2.0 * f64::EPSILON * panel.mass {
+                break;
+            }
             let step = excess / panel.density_at(height);
             let proposal = height - step;
             let next = if proposal > low && proposal < high { proposal } else { 0.5 * (low + high) };

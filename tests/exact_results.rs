@@ -9,7 +9,7 @@ use gradient_mc::field::{ExponentialField, LinearField, SumField, UniformField};
 use gradient_mc::observers::{CenterOfMass, DensityProfile};
 use gradient_mc::start::Uniform;
 use gradient_mc::statistics::Estimate;
-use gradient_mc::temperature::{ExponentialTemperature, Isothermal, TemperatureFn};
+use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{Error, Every, Field, Scene, Simulation, SimulationBuilder, Slab, TemperatureProfile};
 
 /// Whether an estimate agrees with an exact value: 4 standard errors, the error bar capped.
@@ -24,7 +24,7 @@ fn agrees(what: &str, estimate: Estimate, exact: f64, largest_error: f64) -> Res
     }
 }
 
-/// Series of h_c from a run with the given equilibration and length.
+/// Center-of-mass series from a run with the given equilibration and length.
 fn center_of_mass<F, T, D>(mut simulation: Simulation<F, T, D>, sweeps: u64, interval: u64) -> CenterOfMass
 where
     F: Field,

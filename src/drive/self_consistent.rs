@@ -3,7 +3,7 @@
 use super::effective_potential::{EffectivePotential, Histogram, Mapping};
 use super::equation_of_state_closure::theory_ratios;
 use super::{Drive, Phase, Scheme};
-use crate::equation_of_state::FluidSolid;
+use crate::equation_of_state::{EquationOfState, FluidSolid, packing_fraction};
 use crate::{Error, Field, Scene, TemperatureProfile};
 
 /// The effective field from the measured density, averaged over the later part of the equilibration
@@ -18,6 +18,10 @@ use crate::{Error, Field, Scene, TemperatureProfile};
 /// - The average runs over a window between the last half and the last three quarters of the
 ///   equilibration so far: a start is forgotten as fast as a power of the length allows, with no gain
 ///   to tune.
+/// - While the column is still far from mechanical balance, the theory's field takes the place of the measured
+///   one: a column that falls or rises would otherwise be held where it is by the field that its own
+///   weight makes. Balance is judged by ∫P dx from the weights against ∫nTZ dx, to 10 %;
+///   [`SelfConsistentDrive::follows_measurement`] tells.
 /// - The theory profile stands in with the weight of a single sphere per bin, so that an empty bin is
 ///   finite and a populated one owes nothing to the equation of state.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -54,6 +58,7 @@ pub struct SelfConsistentDrive {
     mapping: Mapping,
     /// P/n of the theory profile.
     prior: Vec<f64>,
+    follows_measurement: bool,
     /// The window: everything since the last power of two but one.
     older: Histogram,
     newer: Histogram,
@@ -75,6 +80,7 @@ impl<F: Field, T: TemperatureProfile> Scheme<F, T> for SelfConsistent {
             potential,
             mapping,
             prior,
+            follows_measurement: false,
             older: histogram.clone(),
             newer: histogram,
             sweeps: 0,
@@ -91,6 +97,42 @@ impl SelfConsistentDrive {
         self.older.configurations() + self.newer.configurations()
     }
 
+    /// Whether the field in force was measured; until the column is near balance, it is the theory's.
+    #[must_use]
+    pub fn follows_measurement(&self) -> bool {
+        self.follows_measurement
+    }
+
+    /// Whether the weights and the equation of state agree on ∫P dx to 10 %.
+    fn near_balance<F, T: TemperatureProfile>(
+        &self,
+        scene: &Scene<F, T>,
+        window: &Histogram,
+        rows: &[[f64; 2]],
+    ) -> bool {
+        const TOLERANCE: f64 = 0.1;
+        /// Densities are smoothed over this many diameters, more than a layer at the wall.
+        const SMOOTHING: f64 = 2.0;
+        /// Above this no equation of state makes sense, and the column is surely not balanced.
+        const DENSEST: f64 = 0.72;
+        let equation_of_state = FluidSolid::default();
+        let width = self.mapping.width();
+        // At least one bin, at most all.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let group = ((SMOOTHING / width).ceil() as usize).clamp(1, rows.len());
+        let volume = scene.slab().base_area() * width * window.configurations() as f64;
+        let (mut weights, mut theory) = (0.0, 0.0);
+        for (index, rows) in rows.chunks(group).enumerate() {
+            let count: f64 = rows.iter().map(|row| row[0]).sum();
+            let eta = packing_fraction(count / (volume * rows.len() as f64)).min(DENSEST);
+            let height = (index * group) as f64 * width + 0.5 * width * rows.len() as f64;
+            let temperature = scene.temperature().temperature(height);
+            theory += count * temperature * equation_of_state.compressibility_factor(eta);
+            weights += rows.iter().map(|row| row[1]).sum::<f64>();
+        }
+        (weights / theory - 1.0).abs() < TOLERANCE
+    }
+
     fn update<F: Field, T: TemperatureProfile>(&mut self, scene: &Scene<F, T>) -> Result<(), Error> {
         if self.averaged_configurations() == 0 {
             return Ok(());
@@ -99,10 +141,11 @@ impl SelfConsistentDrive {
         window.absorb(&self.newer);
         let lid = window.lid_pressure(&self.mapping, scene, 1.0);
         let rows = window.counts_and_pressures(&self.mapping, scene.slab().base_area(), lid);
-        let prior = &self.prior;
+        self.follows_measurement = self.near_balance(scene, &window, &rows);
+        let (prior, measured) = (&self.prior, self.follows_measurement);
         self.mapping.update(&mut self.potential, |bin| {
             let [count, pressure] = rows[bin];
-            (pressure + prior[bin]) / (count + 1.0)
+            if measured { (pressure + prior[bin]) / (count + 1.0) } else { prior[bin] }
         });
         self.mapping.check(&self.potential)
     }

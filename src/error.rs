@@ -26,6 +26,17 @@ pub enum Error {
         /// The smallest extent allowed.
         minimum: f64,
     },
+    /// A slab whose cell list would not fit in memory.
+    #[error(
+        "the slab has a volume of {volume} cubic diameters, above the limit of {limit}: \
+         lower the lid or take a smaller base"
+    )]
+    SlabTooLarge {
+        /// Volume that was given, in cubic diameters.
+        volume: f64,
+        /// The largest volume allowed.
+        limit: f64,
+    },
     /// More spheres than close packing admits.
     #[error(
         "{particles} spheres fill {packing_fraction:.4} of the slab, above close packing 0.7405: \

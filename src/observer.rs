@@ -99,10 +99,13 @@ impl Tally {
         self.accepted as f64 / self.trials as f64
     }
 
-    /// What was counted since an earlier tally of the same run.
+    /// What was counted since an earlier tally of the same run; zero if it is not earlier.
     #[must_use]
     pub fn since(&self, earlier: &Self) -> Self {
-        Self { trials: self.trials - earlier.trials, accepted: self.accepted - earlier.accepted }
+        Self {
+            trials: self.trials.saturating_sub(earlier.trials),
+            accepted: self.accepted.saturating_sub(earlier.accepted),
+        }
     }
 }
 

@@ -26,13 +26,18 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
     /// Puts the parts together.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] without spheres, [`Error::TooManyParticles`] above close packing,
+    /// [`Error::InvalidParameter`] without spheres, [`Error::SlabTooLarge`] above
+    /// [`Slab::MAXIMUM_VOLUME`], [`Error::TooManyParticles`] above close packing,
     /// [`Error::InvalidField`], [`Error::InconsistentField`] or [`Error::InvalidTemperature`] with the
     /// height at which a probe failed.
     pub fn new(slab: Slab, particles: usize, field: F, temperature: T) -> Result<Self, Error> {
         if particles == 0 {
             let requirement = "a scene needs at least one sphere";
             return Err(Error::InvalidParameter { name: "number of spheres", value: 0.0, requirement });
+        }
+        let volume = slab.base_area() * slab.height();
+        if volume > Slab::MAXIMUM_VOLUME {
+            return Err(Error::SlabTooLarge { volume, limit: Slab::MAXIMUM_VOLUME });
         }
         if particles > slab.capacity() || u32::try_from(particles).is_err() {
             return Err(Error::TooManyParticles {

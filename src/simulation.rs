@@ -134,8 +134,9 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
     /// looks at nothing.
     ///
     /// # Errors
-    /// [`Error::Observer`] with the observer's own error, or what the drive returns. The configuration
-    /// stays valid and the run can go on.
+    /// [`Error::Observer`] with the observer's own error, [`Error::InvalidPotential`] where field or
+    /// temperature turn out not to be finite, or what the drive returns. The configuration stays valid
+    /// and the run can go on.
     pub fn equilibrate<O: Observer + ?Sized>(&mut self, sweeps: u64, observer: &mut O) -> Result<(), Error> {
         self.phase = Phase::Equilibration;
         self.advance(sweeps, observer)
@@ -163,7 +164,7 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
                 &mut self.generator,
                 observer,
                 &mut self.tally,
-            );
+            )?;
             self.sweep += 1;
             self.drive.after_sweep(&self.scene, self.configuration.positions(), self.phase)?;
             observer

@@ -28,6 +28,9 @@ impl Slab {
     pub const MINIMUM_HEIGHT: f64 = 2.0;
     /// Largest extent in diameters.
     pub const MAXIMUM_EXTENT: f64 = 1e6;
+    /// Largest volume of a scene in cubic diameters: the cell list takes four to eight bytes per cubic
+    /// diameter, and a lattice start up to fifty per square diameter of the base.
+    pub const MAXIMUM_VOLUME: f64 = 1e8;
 
     /// A slab of the given height and periodic widths along y and z, in diameters.
     ///

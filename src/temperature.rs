@@ -213,9 +213,13 @@ impl<T: Fn(f64) -> f64> TemperatureProfile for TemperatureFn<T> {
 
 /// Checks a profile over the whole slab: positive and finite.
 pub(crate) fn probe<T: TemperatureProfile + ?Sized>(profile: &T, slab: &Slab) -> Result<(), Error> {
-    const PROBES: usize = 16_384;
-    for probe in 0..=PROBES {
-        let height = slab.height() * probe as f64 / PROBES as f64;
+    // Forty probes to a diameter however tall the slab is.
+    const LEAST: f64 = 16_384.0;
+    // Heights are at most 1e6.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let probes = (40.0 * slab.height()).ceil().max(LEAST) as u32;
+    for probe in 0..=probes {
+        let height = slab.height() * f64::from(probe) / f64::from(probes);
         let temperature = profile.temperature(height);
         if !(temperature.is_finite() && temperature > 0.0) {
             return Err(Error::InvalidTemperature { height, temperature });

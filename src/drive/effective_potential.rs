@@ -14,7 +14,8 @@ use crate::{Error, Field, Scene, TemperatureProfile};
 /// As a [`Drive`] it is frozen: detailed balance is exact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct EffectivePotential {
-    inverse_reference: f64,
+    /// T(0); a division as in the isothermal drive, so that equal potentials have equal bits.
+    reference: f64,
     inverse_width: f64,
     correction: Vec<f64>,
 }
@@ -28,7 +29,7 @@ impl EffectivePotential {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let bin = (scaled as usize).min(self.correction.len() - 2);
         let (low, high) = (self.correction[bin], self.correction[bin + 1]);
-        field.potential(height) * self.inverse_reference + (low + (high - low) * (scaled - bin as f64))
+        field.potential(height) / self.reference + (low + (high - low) * (scaled - bin as f64))
     }
 }
 
@@ -43,7 +44,7 @@ impl<F: Field, T> Drive<F, T> for EffectivePotential {
 #[derive(Debug, Clone)]
 pub(super) struct Mapping {
     width: f64,
-    inverse_reference: f64,
+    reference: f64,
     /// ∫ a (1/T − 1/T(0)) dx over each bin.
     field_part: Vec<f64>,
     /// −Δ(1/T) over each bin: what multiplies P/n.
@@ -60,12 +61,12 @@ impl Mapping {
         Error::require_positive("bin width of the effective field", bin_width)?;
         let height = scene.slab().height();
         let bins = (height / bin_width).round().max(1.0);
-        if bins > MAXIMUM as f64 {
-            return Err(Error::InvalidBins { bins: usize::MAX, extent: height, maximum: MAXIMUM });
-        }
-        // Between 1 and 2^24.
+        // At least 1; the cast saturates.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let bins = bins as usize;
+        if bins > MAXIMUM {
+            return Err(Error::InvalidBins { bins, extent: height, maximum: MAXIMUM });
+        }
         let width = height / bins as f64;
         let inverse = |x: f64| 1.0 / scene.temperature().temperature(x);
         let inverse_reference = inverse(0.0);
@@ -77,7 +78,14 @@ impl Mapping {
             })
             .collect();
         let gradient_part = (0..bins).map(|bin| inverse(edge(bin)) - inverse(edge(bin + 1))).collect();
-        Ok(Self { width, inverse_reference, field_part, gradient_part })
+        let reference = scene.temperature().temperature(0.0);
+        for height in (0..=bins).map(edge) {
+            let potential = scene.field().potential(height) / reference;
+            if !potential.is_finite() {
+                return Err(Error::InvalidPotential { height, potential });
+            }
+        }
+        Ok(Self { width, reference, field_part, gradient_part })
     }
 
     pub(super) fn bins(&self) -> usize {
@@ -99,7 +107,7 @@ impl Mapping {
     /// The potential for the given values of P/n, a length times m g, one per bin.
     pub(super) fn potential(&self, pressure_over_density: impl Fn(usize) -> f64) -> EffectivePotential {
         let mut potential = EffectivePotential {
-            inverse_reference: self.inverse_reference,
+            reference: self.reference,
             inverse_width: 1.0 / self.width,
             correction: vec![0.0; self.bins() + 1],
         };

@@ -23,7 +23,17 @@ impl<F: Field> Drive<F, Isothermal> for IsothermalDrive {
 impl<F: Field> Scheme<F, Isothermal> for ClosedForm {
     type Drive = IsothermalDrive;
 
-    fn drive(self, _: &Scene<F, Isothermal>) -> Result<IsothermalDrive, Error> {
+    /// # Errors
+    /// [`Error::InvalidPotential`] where φ/T overflows.
+    fn drive(self, scene: &Scene<F, Isothermal>) -> Result<IsothermalDrive, Error> {
+        const PROBES: u32 = 4096;
+        for probe in 0..=PROBES {
+            let height = scene.slab().height() * f64::from(probe) / f64::from(PROBES);
+            let potential = IsothermalDrive.reduced_potential(scene, height);
+            if !potential.is_finite() {
+                return Err(Error::InvalidPotential { height, potential });
+            }
+        }
         Ok(IsothermalDrive)
     }
 }

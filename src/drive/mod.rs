@@ -93,7 +93,7 @@ pub trait Scheme<F, T> {
 }
 
 /// Logarithm of the Metropolis acceptance of a move between two heights, free of overlaps:
-/// min(0, u(from) − u(to)).
+/// min(0, u(from) − u(to)); NaN where the potential is.
 ///
 /// ```
 /// use gradient_mc::{Scene, Slab, drive::{ClosedForm, Scheme, log_acceptance}};
@@ -107,5 +107,7 @@ pub trait Scheme<F, T> {
 /// ```
 #[inline]
 pub fn log_acceptance<F, T>(drive: &impl Drive<F, T>, scene: &Scene<F, T>, from: f64, to: f64) -> f64 {
-    (drive.reduced_potential(scene, from) - drive.reduced_potential(scene, to)).min(0.0)
+    let gain = drive.reduced_potential(scene, from) - drive.reduced_potential(scene, to);
+    // Not `min`, which would turn a NaN into certain acceptance.
+    if gain > 0.0 { 0.0 } else { gain }
 }

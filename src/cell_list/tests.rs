@@ -1,0 +1,389 @@
+//! The cell list against a search over all pairs and images, and its bookkeeping.
+
+use super::*;
+use proptest::prelude::*;
+
+/// Periodic widths whose division into cells is easy to get wrong: exactly three cells, sides far above
+/// one diameter, integers, and integers missed by rounding.
+const WIDTHS: [f64; 10] =
+    [3.0, 3.000_000_000_000_000_4, 3.5, 3.99, 4.0, 4.000_000_000_000_001, 4.000_000_1, 5.2, 7.0, 16.3];
+const HEIGHTS: [f64; 9] = [2.0, 2.5, 2.99, 3.0, 3.000_000_000_000_000_4, 3.99, 4.0, 5.2, 23.7];
+
+/// Whether any image of any sphere but `ignored` is nearer than one diameter to `position`.
+fn overlaps_some_pair(
+    positions: &[[f64; 3]],
+    ignored: Option<usize>,
+    widths: [f64; 2],
+    position: [f64; 3],
+) -> bool {
+    positions.iter().enumerate().filter(|&(sphere, _)| Some(sphere) != ignored).any(|(_, other)| {
+        let image = |distance: f64, width: f64| distance.abs().min(width - distance.abs());
+        let dx = position[0] - other[0];
+        let dy = image(position[1] - other[1], widths[0]);
+        let dz = image(position[2] - other[2], widths[1]);
+        dx * dx + dy * dy + dz * dz < 1.0
+    })
+}
+
+/// Every sphere is found at its place, in the cell of its position, and nothing else is in the list.
+fn assert_consistent(list: &CellList, positions: &[[f64; 3]]) {
+    assert_eq!(list.heads.len(), (list.cells[0] + 2 * PADDING) * list.cells[1] * list.cells[2]);
+    assert_eq!(list.places.len(), positions.len());
+    let row = list.cells[0] + 2 * PADDING;
+    let mut used = vec![false; list.pages.len()];
+    used[NONE as usize] = true;
+    let mut found = vec![0; positions.len()];
+    for (cell, &head) in list.heads.iter().enumerate() {
+        let padding = cell % row == 0 || cell % row == row - 1;
+        assert!(head == NONE || !padding, "spheres beyond a wall");
+        let mut index = head;
+        while index != NONE {
+            assert!(!std::mem::replace(&mut used[index as usize], true), "page {index} is used twice");
+            let page = &list.pages[index as usize];
+            let count = page.count as usize;
+            assert!(count == SLOTS || (index == head && count > 0), "only the first page may have gaps");
+            for slot in 0..count {
+                let sphere = page.occupants[slot] as usize;
+                assert_eq!(page.get(slot).map(f64::to_bits), positions[sphere].map(f64::to_bits));
+                assert_eq!(list.places[sphere] as usize, index as usize * SLOTS + slot);
+                assert_eq!(
+                    cell,
+                    list.cell_of(positions[sphere]),
+                    "sphere {sphere} at {:?}",
+                    positions[sphere]
+                );
+                found[sphere] += 1;
+            }
+            assert!(page.x[count..].iter().all(|&x| x.to_bits() == NOWHERE.to_bits()), "ghosts in {page:?}");
+            index = page.next;
+        }
+    }
+    assert!(found.iter().all(|&times| times == 1), "{found:?}");
+    for &index in &list.free {
+        assert!(!std::mem::replace(&mut used[index as usize], true), "page {index} is free and used");
+        assert!(list.pages[index as usize].x.iter().all(|&x| x.to_bits() == NOWHERE.to_bits()));
+    }
+    assert!(used.into_iter().all(|used| used), "a page is lost");
+}
+
+/// Asks the list and all pairs about a fresh sphere at `position`, and compares.
+fn assert_same_answer(list: &CellList, positions: &[[f64; 3]], position: [f64; 3]) {
+    let expected = overlaps_some_pair(positions, None, list.widths, position);
+    let found = list.overlapping(position);
+    assert_eq!(found.is_some(), expected, "query at {position:?}");
+    if let Some((sphere, distance)) = found {
+        assert!(overlaps_some_pair(&positions[sphere..=sphere], None, list.widths, position));
+        assert!(distance <= 1.0 + 1e-15);
+    }
+}
+
+/// A periodic coordinate: anywhere, at an edge of the box or of a cell, or within rounding of one.
+fn periodic_coordinate(width: f64) -> impl Strategy<Value = f64> {
+    let cells = division(width);
+    prop_oneof![
+        3 => 0.0..width,
+        1 => prop::sample::select(vec![
+            0.0, -0.0, f64::MIN_POSITIVE, 1e-17, width.next_down(), width - 1e-12, 1.0, width - 1.0, 0.5 * width,
+        ]),
+        2 => (0..cells, -2_i32..=2).prop_map(move |(cell, steps)| {
+            shifted_by_steps(cell as f64 * width / cells as f64, steps).clamp(0.0, width.next_down())
+        }),
+    ]
+}
+
+/// The height of a centre, walls and cell edges included.
+fn height_coordinate(height: f64) -> impl Strategy<Value = f64> {
+    let cells = division(height);
+    let highest = height - 0.5;
+    prop_oneof![
+        3 => 0.5..=highest,
+        1 => prop::sample::select(vec![0.5, 0.5_f64.next_up(), highest, highest.next_down()])
+            .prop_map(move |value: f64| value.clamp(0.5, highest)),
+        2 => (0..=cells, -2_i32..=2).prop_map(move |(cell, steps)| {
+            shifted_by_steps(cell as f64 * height / cells as f64, steps).clamp(0.5, highest)
+        }),
+    ]
+}
+
+fn shifted_by_steps(mut value: f64, steps: i32) -> f64 {
+    for _ in 0..steps.abs() {
+        value = if steps > 0 { value.next_up() } else { value.next_down() };
+    }
+    value
+}
+
+fn position_in([height, width_y, width_z]: [f64; 3]) -> impl Strategy<Value = [f64; 3]> {
+    (height_coordinate(height), periodic_coordinate(width_y), periodic_coordinate(width_z))
+        .prop_map(|(x, y, z)| [x, y, z])
+}
+
+fn extents() -> impl Strategy<Value = [f64; 3]> {
+    (
+        prop_oneof![prop::sample::select(HEIGHTS.to_vec()), 2.0..30.0_f64],
+        prop_oneof![3 => prop::sample::select(WIDTHS.to_vec()), 1 => 3.0..12.0_f64],
+        prop_oneof![3 => prop::sample::select(WIDTHS.to_vec()), 1 => 3.0..12.0_f64],
+    )
+        .prop_map(|(x, y, z)| [x, y, z])
+}
+
+fn slab([height, width_y, width_z]: [f64; 3]) -> Slab {
+    Slab::new(height, width_y, width_z).unwrap()
+}
+
+/// Box, spheres (which may overlap: the list does not mind), and points to ask about.
+fn scene() -> impl Strategy<Value = ([f64; 3], Vec<[f64; 3]>, Vec<[f64; 3]>)> {
+    extents().prop_flat_map(|extents| {
+        (
+            Just(extents),
+            prop::collection::vec(position_in(extents), 1..40),
+            prop::collection::vec(position_in(extents), 60),
+        )
+    })
+}
+
+/// The coordinate in `[0, width)` that stands for `value`, at most one width outside.
+fn wrapped(value: f64, width: f64) -> f64 {
+    let value = if value < 0.0 { value + width } else { value };
+    let value = if value >= width { value - width } else { value };
+    value.clamp(0.0, width.next_down())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 400, ..ProptestConfig::default() })]
+
+    #[test]
+    fn query_equals_search_over_all_pairs((extents, positions, queries) in scene()) {
+        let mut list = CellList::new(&slab(extents));
+        for &position in &positions {
+            list.insert(position);
+        }
+        assert_consistent(&list, &positions);
+        for position in queries {
+            assert_same_answer(&list, &positions, position);
+        }
+    }
+
+    #[test]
+    fn query_near_contact_equals_search_over_all_pairs(
+        (extents, positions, _) in scene(),
+        probes in prop::collection::vec(
+            (any::<prop::sample::Index>(), -1.0..1.0_f64, 0.0..std::f64::consts::TAU,
+             prop::sample::select(vec![1.0, 1.0 - 1e-12, 1.0 + 1e-12, 1.0_f64.next_up(), 1.0_f64.next_down()]),
+             0_usize..4),
+            60,
+        ),
+    ) {
+        let mut list = CellList::new(&slab(extents));
+        for &position in &positions {
+            list.insert(position);
+        }
+        for (chosen, cosine, angle, distance, axis) in probes {
+            let center = chosen.get(&positions);
+            let sine = (1.0 - cosine * cosine).sqrt();
+            // Along one axis the distance is met to the last bit; otherwise within rounding.
+            let direction = match axis {
+                0 => [cosine.signum(), 0.0, 0.0],
+                1 => [0.0, cosine.signum(), 0.0],
+                2 => [0.0, 0.0, cosine.signum()],
+                _ => [cosine, sine * angle.cos(), sine * angle.sin()],
+            };
+            let query = [
+                center[0] + distance * direction[0],
+                wrapped(center[1] + distance * direction[1], extents[1]),
+                wrapped(center[2] + distance * direction[2], extents[2]),
+            ];
+            if query[0] >= 0.5 && query[0] <= extents[0] - 0.5 {
+                assert_same_answer(&list, &positions, query);
+            }
+        }
+    }
+
+    #[test]
+    fn relocation_keeps_the_list_consistent(
+        (extents, mut positions, targets) in scene(),
+        chosen in prop::collection::vec(any::<prop::sample::Index>(), 60),
+    ) {
+        let mut list = CellList::new(&slab(extents));
+        for &position in &positions {
+            list.insert(position);
+        }
+        for (sphere, target) in chosen.into_iter().zip(targets) {
+            let sphere = sphere.index(positions.len());
+            // The sphere that moves must not see itself, but must see all others.
+            prop_assert_eq!(
+                list.overlaps(sphere, target),
+                overlaps_some_pair(&positions, Some(sphere), list.widths, target)
+            );
+            list.relocate(sphere, positions[sphere], target);
+            positions[sphere] = target;
+            assert_consistent(&list, &positions);
+        }
+    }
+
+    #[test]
+    fn overlap_is_mutual((extents, positions, _) in scene()) {
+        for pair in positions.windows(2) {
+            let alone = |position| {
+                let mut list = CellList::new(&slab(extents));
+                list.insert(position);
+                list
+            };
+            // Exactly, or a move and its reverse would be judged differently.
+            prop_assert_eq!(
+                alone(pair[0]).overlapping(pair[1]).is_some(),
+                alone(pair[1]).overlapping(pair[0]).is_some()
+            );
+        }
+    }
+}
+
+#[test]
+fn touching_is_not_overlapping_along_any_axis_or_edge() {
+    for width in [3.0, 3.5, 4.0, 5.25, 16.0] {
+        let slab = slab([8.0, width, width]);
+        let centers = [
+            ([2.0, 1.0, 1.0], [3.0, 1.0, 1.0]),
+            ([2.0, 1.0, 1.0], [2.0, 2.0, 1.0]),
+            ([2.0, 1.0, 1.0], [2.0, 1.0, 2.0]),
+            ([2.0, 0.25, 1.0], [2.0, width - 0.75, 1.0]),
+            ([2.0, 1.0, 0.25], [2.0, 1.0, width - 0.75]),
+            ([2.0, 0.0, 1.0], [2.0, width - 1.0, 1.0]),
+            ([2.0, -0.0, 0.0], [2.0, 0.0, width - 1.0]),
+            ([7.5, 1.0, 1.0], [6.5, 1.0, 1.0]),
+            ([0.5, 1.0, 1.0], [1.5, 1.0, 1.0]),
+        ];
+        for (first, second) in centers {
+            let axis = (0..3).find(|&axis| (first[axis] - second[axis]).abs() > 0.5).unwrap();
+            // Nearer across the edge means farther along the axis.
+            let inwards = (first[axis] - second[axis]).signum();
+            let across = (first[axis] - second[axis]).abs() > 1.5;
+            for (change, overlap) in [(0.0, false), (1e-12, true), (-1e-12, false)] {
+                let mut list = CellList::new(&slab);
+                list.insert(first);
+                let mut moved = second;
+                moved[axis] += if across { -inwards * change } else { inwards * change };
+                assert_eq!(
+                    list.overlapping(moved).is_some(),
+                    overlap,
+                    "{first:?} and {moved:?} in width {width}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn spheres_either_side_of_a_periodic_edge_meet() {
+    for width in WIDTHS {
+        let slab = slab([4.0, width, width]);
+        for first in [[1.0, 0.0, 0.0], [1.0, -0.0, -0.0], [1.0, f64::MIN_POSITIVE, 1e-17]] {
+            for second in [[1.0, width.next_down(), 0.0], [1.9, width.next_down(), width.next_down()]] {
+                let mut list = CellList::new(&slab);
+                list.insert(first);
+                let (sphere, distance) = list.overlapping(second).expect("the two overlap");
+                assert_eq!(sphere, 0);
+                approx::assert_abs_diff_eq!(distance, second[0] - first[0], epsilon = 1e-12);
+            }
+        }
+    }
+}
+
+#[test]
+fn cells_are_wide_enough_at_their_rounded_edges() {
+    // Of two points whose cells are not neighbours, no rounding may put one less than a diameter from
+    // the other. The danger is an extent just above an integer, and most of all a tall one.
+    for integer in [4.0, 5.0, 64.0, 400.0, 4096.0, 99_999.0] {
+        for excess in [0.0, 1e-15, 1e-14, 1e-13, 1e-12, 3e-12, 1e-11, 3e-11, 1e-10, 1e-9, 1e-8] {
+            let height = integer * (1.0 + excess);
+            let list = CellList::new(&slab([height, 3.0, 3.0]));
+            // The lowest height that belongs to a cell.
+            let lowest_of = |cell: usize| {
+                let mut edge = cell as f64 / list.inverse_sides[0];
+                while list.coordinate(0, edge) >= cell {
+                    edge = edge.next_down();
+                }
+                while list.coordinate(0, edge) < cell {
+                    edge = edge.next_up();
+                }
+                edge
+            };
+            let cells = list.cells[0];
+            for cell in 1..cells - 1 {
+                let (highest_below, lowest_above) = (lowest_of(cell).next_down(), lowest_of(cell + 1));
+                assert!(
+                    lowest_above - highest_below >= 1.0,
+                    "heights {highest_below} and {lowest_above} are two cells apart in a slab of {height}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn dense_cells_chain_pages() {
+    // Sides of 1.33 diameters: the middle cell takes eight spheres that do not overlap.
+    let slab = slab([3.99, 3.99, 3.99]);
+    let mut list = CellList::new(&slab);
+    let ends = [1.34, 2.65];
+    let mut positions = Vec::new();
+    for x in ends {
+        for y in ends {
+            for z in ends {
+                let position = [x, y, z];
+                assert!(list.overlapping(position).is_none());
+                list.insert(position);
+                positions.push(position);
+                assert_consistent(&list, &positions);
+            }
+        }
+    }
+    // All in one cell: two full pages, chained.
+    let used: Vec<u32> = list.heads.iter().copied().filter(|&head| head != NONE).collect();
+    assert_eq!(used.len(), 1);
+    assert_ne!(list.pages[used[0] as usize].next, NONE);
+    // Out again, one by one, and back.
+    for target in [0.5, 1.34] {
+        for sphere in 0..4 {
+            let mut position = positions[sphere];
+            position[0] = target;
+            assert!(!list.overlaps(sphere, position));
+            list.relocate(sphere, positions[sphere], position);
+            positions[sphere] = position;
+            assert_consistent(&list, &positions);
+        }
+    }
+}
+
+#[test]
+fn face_centered_crystal_is_free_of_overlaps_at_contact_and_full_below() {
+    // Conventional cells of side sqrt 2: touching neighbours, three cells across.
+    let side = 2.0_f64.sqrt() * (1.0 + 1e-14);
+    let width = 3.0 * side;
+    let slab = slab([width + 1.0, width, width]);
+    let basis = [[0.0, 0.0, 0.0], [0.0, 0.5, 0.5], [0.5, 0.0, 0.5], [0.5, 0.5, 0.0]];
+    let mut positions = Vec::new();
+    for cell in 0..27 {
+        let origin = [cell / 9, cell / 3 % 3, cell % 3];
+        for offset in basis {
+            let along = |axis: usize| (f64::from(origin[axis]) + offset[axis]) * side;
+            positions.push([0.5 + along(0), along(1), along(2)]);
+        }
+    }
+    let mut list = CellList::new(&slab);
+    for (sphere, &position) in positions.iter().enumerate() {
+        assert!(list.overlapping(position).is_none(), "sphere {sphere}");
+        list.insert(position);
+    }
+    assert_consistent(&list, &positions);
+    for (sphere, &[x, y, z]) in positions.iter().enumerate() {
+        assert!(!list.overlaps(sphere, [x, y, z]));
+        // Jammed: inside the crystal any step of 1e-9 overlaps.
+        if x > 1.0 && x < width - 0.5 {
+            for step in [1e-9, -1e-9] {
+                assert!(list.overlaps(sphere, [x + step, y, z]));
+                assert!(list.overlaps(sphere, [x, wrapped(y + step, width), z]));
+                assert!(list.overlaps(sphere, [x, y, wrapped(z + step, width)]));
+            }
+        }
+    }
+}

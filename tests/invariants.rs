@@ -1,0 +1,223 @@
+//! What no move may break, whatever the scene: spheres do not overlap and stay inside, and a seed
+//! decides everything.
+
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
+
+mod common;
+
+use common::scenes::{FieldCase, TemperatureCase, field_case, temperature_case};
+use gradient_mc::drive::{ClosedForm, Drive, EquationOfStateClosure, Instantaneous, Scheme, SelfConsistent};
+use gradient_mc::start::{Compact, Start, Theory, Uniform};
+use gradient_mc::temperature::Isothermal;
+use gradient_mc::{
+    Error, Field, Frame, Observer, ObserverError, Scene, Simulation, Slab, TemperatureProfile, Vector3,
+};
+use proptest::prelude::*;
+
+/// Distances and bounds by all pairs and nearest images, as an observer that never looks at cells.
+#[derive(Default)]
+struct Invariants {
+    observed: u64,
+}
+
+fn check_invariants(slab: &Slab, positions: &[Vector3<f64>]) {
+    let [width_y, width_z] = slab.widths();
+    for (first, a) in positions.iter().enumerate() {
+        assert!(a.x >= slab.lowest_center() && a.x <= slab.highest_center(), "sphere {first} at {a}");
+        assert!(a.y >= 0.0 && a.y < width_y && a.z >= 0.0 && a.z < width_z, "sphere {first} at {a}");
+        for (second, b) in positions.iter().enumerate().skip(first + 1) {
+            let image = |distance: f64, width: f64| distance.abs().min(width - distance.abs());
+            let [x, y, z] = [a.x - b.x, image(a.y - b.y, width_y), image(a.z - b.z, width_z)];
+            // The last bits depend on the order of operations.
+            assert!(x * x + y * y + z * z >= 1.0 - 1e-14, "spheres {first} and {second} at {a} and {b}");
+        }
+    }
+}
+
+impl Observer for Invariants {
+    fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        self.observed += 1;
+        assert_eq!(frame.tally().trials, self.observed * frame.particles() as u64);
+        assert!(frame.tally().accepted <= frame.tally().trials);
+        check_invariants(frame.slab(), &frame.positions().collect::<Vec<_>>());
+        Ok(())
+    }
+}
+
+#[derive(Debug, Clone, Copy)]
+enum SchemeCase {
+    Closure,
+    SelfConsistent,
+    Instantaneous,
+}
+
+/// A small scene: extents, packing fraction, S as a fraction of the largest allowed, seed.
+#[derive(Debug, Clone, Copy)]
+struct Case {
+    extents: [f64; 3],
+    packing_fraction: f64,
+    displacement: f64,
+    seed: u64,
+    field: FieldCase,
+    compact: bool,
+}
+
+impl Case {
+    fn slab(&self) -> Slab {
+        Slab::new(self.extents[0], self.extents[1], self.extents[2]).unwrap()
+    }
+
+    fn particles(&self) -> usize {
+        let volume = self.extents.iter().product::<f64>();
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let particles = (self.packing_fraction * volume * 6.0 / std::f64::consts::PI) as usize;
+        particles.max(1)
+    }
+
+    fn displacement(&self) -> f64 {
+        let smallest = self.extents.into_iter().fold(f64::INFINITY, f64::min);
+        self.displacement * 0.5 * smallest
+    }
+}
+
+fn case() -> impl Strategy<Value = Case> {
+    let width = || prop_oneof![Just(3.0), Just(3.5), Just(4.0), 3.0..8.0];
+    (
+        (prop_oneof![Just(2.0), Just(3.0), 2.0..25.0], width(), width()),
+        0.01..0.25_f64,
+        // From next to nothing to all that is allowed.
+        prop_oneof![(-6.0..0.0_f64).prop_map(|power| 10_f64.powf(power)), Just(1.0)],
+        any::<u64>(),
+        field_case(),
+        any::<bool>(),
+    )
+        .prop_map(|((x, y, z), packing_fraction, displacement, seed, field, compact)| Case {
+            extents: [x, y, z],
+            packing_fraction,
+            displacement,
+            seed,
+            field,
+            compact,
+        })
+}
+
+/// Runs both phases under observation, goes on after a rebuild, and returns the positions.
+fn run<T, S>(case: Case, temperature: T, scheme: S) -> Result<Vec<Vector3<f64>>, Error>
+where
+    T: TemperatureProfile,
+    S: Scheme<Box<dyn Field>, T>,
+{
+    if case.compact {
+        run_from(case, temperature, scheme, Compact)
+    } else {
+        run_from(case, temperature, scheme, Uniform::new(0.3))
+    }
+}
+
+fn run_from<T, S, P>(case: Case, temperature: T, scheme: S, start: P) -> Result<Vec<Vector3<f64>>, Error>
+where
+    T: TemperatureProfile,
+    S: Scheme<Box<dyn Field>, T>,
+    P: Start,
+    S::Drive: Drive<Box<dyn Field>, T>,
+{
+    let slab = case.slab();
+    let scene = Scene::new(slab, case.particles(), case.field.make(&slab), temperature)?;
+    let mut simulation = Simulation::builder(scene)
+        .scheme(scheme)
+        .start(start)
+        .maximum_displacement(case.displacement())
+        .seed(case.seed)
+        .build()?;
+    check_invariants(&slab, &simulation.positions());
+    let mut invariants = Invariants::default();
+    simulation.equilibrate(30, &mut invariants)?;
+    simulation.run(30, &mut invariants)?;
+    simulation.equilibrate(5, &mut invariants)?;
+    simulation.run(5, &mut invariants)?;
+    assert_eq!((invariants.observed, simulation.sweep()), (70, 70));
+    Ok(simulation.positions())
+}
+
+/// Starts may refuse what does not fit, and hydrostatics a scene beyond its equation of state; nothing
+/// else may go wrong.
+fn accept_refusals<T>(outcome: Result<T, Error>) -> Option<T> {
+    match outcome {
+        Ok(value) => Some(value),
+        Err(
+            Error::LatticeFull { .. }
+            | Error::InsertionFailed { .. }
+            | Error::EquationOfStateExhausted { .. }
+            | Error::HydrostaticsNotConverged { .. },
+        ) => None,
+        Err(error) => panic!("{error}"),
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+
+    #[test]
+    fn isothermal_scenes_stay_valid(case in case(), temperature in 0.05..50.0_f64) {
+        let go = |case| accept_refusals(run(case, Isothermal::new(temperature).unwrap(), ClosedForm));
+        let first = go(case);
+        prop_assert_eq!(&first, &go(case), "the same seed gives the same run");
+        if let Some(first) = first {
+            let other = go(Case { seed: case.seed ^ 1, ..case }).unwrap_or_default();
+            prop_assert_ne!(first, other, "another seed gives another run");
+        }
+    }
+
+    #[test]
+    fn scenes_of_varying_temperature_stay_valid(
+        case in case(),
+        temperature in temperature_case(),
+        scheme in prop::sample::select(vec![SchemeCase::Closure, SchemeCase::SelfConsistent, SchemeCase::Instantaneous]),
+    ) {
+        let go = |case: Case| {
+            let temperature: TemperatureCase = temperature;
+            let temperature = temperature.make(case.extents[0]);
+            accept_refusals(match scheme {
+                SchemeCase::Closure => run(case, temperature, EquationOfStateClosure::default()),
+                SchemeCase::SelfConsistent => run(case, temperature, SelfConsistent::default()),
+                SchemeCase::Instantaneous => run(case, temperature, Instantaneous::default()),
+            })
+        };
+        let first = go(case);
+        prop_assert_eq!(&first, &go(case), "the same seed gives the same run");
+        if let Some(first) = first {
+            let other = go(Case { seed: case.seed ^ 1, ..case }).unwrap_or_default();
+            prop_assert_ne!(first, other, "another seed gives another run");
+        }
+    }
+}
+
+#[test]
+fn a_dense_column_stays_valid() {
+    // Close to freezing at the base, so that cells are full and most trials meet a neighbour.
+    let slab = Slab::new(80.0, 6.0, 6.0).unwrap();
+    let field = FieldCase::Uniform(1.0);
+    for displacement in [0.05, 0.3, 3.0] {
+        let scene = Scene::new(slab, 720, field.make(&slab), Isothermal::new(5.0).unwrap()).unwrap();
+        let mut simulation = Simulation::builder(scene)
+            .start(Theory)
+            .maximum_displacement(displacement)
+            .seed(5)
+            .build()
+            .unwrap();
+        simulation.equilibrate(100, &mut Invariants::default()).unwrap();
+    }
+}
+
+#[test]
+fn what_was_seen_can_be_gone_on_from() {
+    let slab = Slab::new(30.0, 4.0, 3.5).unwrap();
+    let scene =
+        || Scene::new(slab, 90, FieldCase::Uniform(1.0).make(&slab), Isothermal::new(3.0).unwrap()).unwrap();
+    let mut simulation = Simulation::builder(scene()).start(Compact).seed(2).build().unwrap();
+    simulation.run(200, &mut ()).unwrap();
+    let positions = simulation.positions();
+    let start = gradient_mc::start::Positions(positions.clone());
+    let continued = Simulation::builder(scene()).start(start).seed(3).build().unwrap();
+    assert_eq!(continued.positions(), positions);
+}

@@ -43,6 +43,10 @@ impl LocalMoves {
     }
 
     /// One sweep: as many trials as there are spheres.
+    ///
+    /// # Errors
+    /// [`Error::InvalidPotential`] where a field or a temperature turns out not to be finite between
+    /// the heights that were probed; the configuration stays valid.
     pub(crate) fn sweep<F, T, D: Drive<F, T>, O: Observer + ?Sized>(
         self,
         scene: &Scene<F, T>,
@@ -51,7 +55,7 @@ impl LocalMoves {
         generator: &mut Generator,
         observer: &mut O,
         tally: &mut Tally,
-    ) {
+    ) -> Result<(), Error> {
         let slab = *configuration.slab();
         let [width_y, width_z] = slab.widths();
         let particles = configuration.len();
@@ -69,6 +73,10 @@ impl LocalMoves {
                 continue;
             }
             let exponent = log_acceptance(drive, scene, x, height);
+            if exponent.is_nan() {
+                let potential = drive.reduced_potential(scene, height);
+                return Err(Error::InvalidPotential { height, potential });
+            }
             if exponent < 0.0 && unit(generator) >= libm::exp(exponent) {
                 continue;
             }
@@ -78,5 +86,6 @@ impl LocalMoves {
         }
         tally.trials += particles as u64;
         tally.accepted += accepted;
+        Ok(())
     }
 }

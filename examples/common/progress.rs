@@ -36,6 +36,17 @@ impl Progress {
         }
     }
 
+    /// Progress that nobody sees.
+    pub(crate) fn hidden() -> Self {
+        Self {
+            bar: ProgressBar::hidden(),
+            total: 0,
+            done: AtomicU64::new(0),
+            started: Instant::now(),
+            next_tenth: None,
+        }
+    }
+
     /// Reports that `units` more are done.
     pub(crate) fn advance(&self, units: u64) {
         self.bar.inc(units);

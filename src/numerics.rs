@@ -2,10 +2,10 @@
 
 /// Nodes on (0, 1) of the 8-point Gauss-Legendre rule, lower half; the rest by symmetry.
 const NODES: [f64; 4] =
-    [0.019_855_071_751_231_884, 0.101_666_761_293_186_63, 0.237_233_795_041_835_5, 0.408_282_678_752_175_1];
+    [0.019_855_071_751_231_88, 0.101_666_761_293_186_63, 0.237_233_795_041_835_5, 0.408_282_678_752_175_1];
 /// Weights that belong to [`NODES`]; both halves together sum to 1.
 const WEIGHTS: [f64; 4] =
-    [0.050_614_268_145_188_13, 0.111_190_517_226_687_24, 0.156_853_322_938_943_64, 0.181_341_891_689_180_99];
+    [0.050_614_268_145_188_13, 0.111_190_517_226_687_24, 0.156_853_322_938_943_64, 0.181_341_891_689_181];
 
 /// Integral of `f` from `a` to `b` with one 8-point Gauss-Legendre panel (exact to degree 15).
 pub(crate) fn integrate_panel(f: impl Fn(f64) -> f64, a: f64, b: f64) -> f64 {

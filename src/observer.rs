@@ -58,11 +58,13 @@ impl<'a> Frame<'a> {
 
     /// Centres of the spheres in diameters, x up, y and z inside the periodic widths. A sphere keeps
     /// its place in this order for the whole run.
+    #[must_use]
     pub fn positions(&self) -> impl ExactSizeIterator<Item = Vector3<f64>> + Clone + 'a {
         self.positions.iter().map(|&[x, y, z]| Vector3::new(x, y, z))
     }
 
     /// Heights of the centres, in the order of [`positions`](Self::positions).
+    #[must_use]
     pub fn heights(&self) -> impl ExactSizeIterator<Item = f64> + Clone + 'a {
         self.positions.iter().map(|position| position[0])
     }

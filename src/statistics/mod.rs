@@ -1,1 +1,33 @@
-//! Error bars.
+//! Error bars of correlated data: blocking, the jackknife, autocorrelation times, and the two
+//! measures that the paper prints.
+//!
+//! | given | take |
+//! |---|---|
+//! | a series of numbers | [`blocking`], [`variance`], [`drift`], [`autocorrelation`] |
+//! | vectors that arrive one by one, too many to keep | [`BlockAverages`] |
+//! | a function of several averages (a ratio) | [`BlockAverages::jackknife`] |
+//! | independent runs | [`BlockAverages::merge`]; the paper's σ and δ: [`deviations`] |
+//!
+//! Numbers that are not finite propagate: one NaN among the observations makes the mean and the error
+//! of its component NaN, and leaves the other components alone.
+
+mod autocorrelation;
+mod block_averages;
+mod blocking;
+pub mod deviations;
+mod estimate;
+#[cfg(test)]
+mod test_series;
+
+pub use autocorrelation::{Autocorrelation, autocorrelation};
+pub use block_averages::BlockAverages;
+pub use blocking::{blocking, drift, variance};
+pub use estimate::Estimate;
+
+/// Fewest blocks from which an error is estimated: it is then itself uncertain by 1/√(2·15) = 18 %.
+const MINIMUM_BLOCKS: usize = 16;
+
+/// The larger of two errors, NaN if either is (`f64::max` would hide it).
+fn larger(first: f64, second: f64) -> f64 {
+    if first.is_nan() || first > second { first } else { second }
+}

@@ -1,0 +1,139 @@
+//! The effective field averaged while equilibrating, then frozen for production.
+
+use super::effective_potential::{EffectivePotential, Histogram, Mapping};
+use super::equation_of_state_closure::theory_ratios;
+use super::{Drive, Phase, Scheme};
+use crate::equation_of_state::FluidSolid;
+use crate::{Error, Field, Scene, TemperatureProfile};
+
+/// The effective field from the measured density, averaged over the later part of the equilibration
+/// and frozen when production starts. The default choice for temperatures that vary.
+///
+/// Production holds detailed balance exactly, in the field that was frozen. What it rests on is that
+/// the equilibration was long compared with the relaxation of the column: verify that P/T of the
+/// production run matches the frozen field, and start from both sides.
+///
+/// - Counts and weights are averaged, never ratios of single configurations, so there is no noise
+///   bias of order 1/(spheres per bin and sweep).
+/// - The average runs over a window between the last half and the last three quarters of the
+///   equilibration so far: a start is forgotten as fast as a power of the length allows, with no gain
+///   to tune.
+/// - The theory profile stands in with the weight of a single sphere per bin, so that an empty bin is
+///   finite and a populated one owes nothing to the equation of state.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SelfConsistent {
+    bin_width: f64,
+    update_interval: u64,
+}
+
+impl Default for SelfConsistent {
+    /// Bins of 0.1 diameters, updated every 10 sweeps.
+    fn default() -> Self {
+        Self { bin_width: 0.1, update_interval: 10 }
+    }
+}
+
+impl SelfConsistent {
+    /// Bins of the given width, in diameters.
+    #[must_use]
+    pub fn bin_width(self, bin_width: f64) -> Self {
+        Self { bin_width, ..self }
+    }
+
+    /// Sweeps between two updates of the field; zero counts as one.
+    #[must_use]
+    pub fn update_interval(self, sweeps: u64) -> Self {
+        Self { update_interval: sweeps.max(1), ..self }
+    }
+}
+
+/// The drive of [`SelfConsistent`].
+#[derive(Debug, Clone)]
+pub struct SelfConsistentDrive {
+    potential: EffectivePotential,
+    mapping: Mapping,
+    /// P/n of the theory profile.
+    prior: Vec<f64>,
+    /// The window: everything since the last power of two but one.
+    older: Histogram,
+    newer: Histogram,
+    sweeps: u64,
+    next_window: u64,
+    update_interval: u64,
+}
+
+impl<F: Field, T: TemperatureProfile> Scheme<F, T> for SelfConsistent {
+    type Drive = SelfConsistentDrive;
+
+    fn drive(self, scene: &Scene<F, T>) -> Result<SelfConsistentDrive, Error> {
+        let mapping = Mapping::new(scene, self.bin_width)?;
+        let prior = theory_ratios(scene, &mapping, &FluidSolid::default())?;
+        let potential = mapping.potential(|bin| prior[bin]);
+        mapping.check(&potential)?;
+        let histogram = Histogram::new(mapping.bins());
+        Ok(SelfConsistentDrive {
+            potential,
+            mapping,
+            prior,
+            older: histogram.clone(),
+            newer: histogram,
+            sweeps: 0,
+            next_window: 2,
+            update_interval: self.update_interval,
+        })
+    }
+}
+
+impl SelfConsistentDrive {
+    /// Number of configurations in the average that makes the field.
+    #[must_use]
+    pub fn averaged_configurations(&self) -> u64 {
+        self.older.configurations() + self.newer.configurations()
+    }
+
+    fn update<F: Field, T: TemperatureProfile>(&mut self, scene: &Scene<F, T>) -> Result<(), Error> {
+        if self.averaged_configurations() == 0 {
+            return Ok(());
+        }
+        let mut window = self.older.clone();
+        window.absorb(&self.newer);
+        let lid = window.lid_pressure(&self.mapping, scene, 1.0);
+        let rows = window.counts_and_pressures(&self.mapping, scene.slab().base_area(), lid);
+        let prior = &self.prior;
+        self.mapping.update(&mut self.potential, |bin| {
+            let [count, pressure] = rows[bin];
+            (pressure + prior[bin]) / (count + 1.0)
+        });
+        self.mapping.check(&self.potential)
+    }
+}
+
+impl<F: Field, T: TemperatureProfile> Drive<F, T> for SelfConsistentDrive {
+    #[inline]
+    fn reduced_potential(&self, scene: &Scene<F, T>, height: f64) -> f64 {
+        self.potential.reduced_potential(scene, height)
+    }
+
+    fn after_sweep(
+        &mut self,
+        scene: &Scene<F, T>,
+        positions: &[[f64; 3]],
+        phase: Phase,
+    ) -> Result<(), Error> {
+        if phase == Phase::Production {
+            return Ok(());
+        }
+        self.sweeps += 1;
+        if self.sweeps == self.next_window {
+            self.next_window *= 2;
+            std::mem::swap(&mut self.older, &mut self.newer);
+            self.newer.clear();
+        }
+        self.newer.add(&self.mapping, scene, positions);
+        if self.sweeps.is_multiple_of(self.update_interval) { self.update(scene) } else { Ok(()) }
+    }
+
+    fn start_production(&mut self, scene: &Scene<F, T>) -> Result<(), Error> {
+        self.update(scene)
+    }
+}

@@ -1,0 +1,157 @@
+//! A fluid and a solid equation, joined at the phase transition.
+
+use super::{Domain, EquationOfState, FREEZING, MELTING, ModifiedKolafa, SpeedySolid};
+use crate::Error;
+
+/// Where fluid and solid coexist.
+///
+/// The default is that of hard spheres: 0.4917(2) and 0.5432(3) at P/T = 11.56(2).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Coexistence {
+    /// Packing fraction of the fluid.
+    pub fluid: f64,
+    /// Packing fraction of the solid.
+    pub solid: f64,
+    /// P/T of both, in inverse cubic diameters.
+    pub reduced_pressure: f64,
+}
+
+impl Default for Coexistence {
+    fn default() -> Self {
+        Self { fluid: FREEZING, solid: MELTING, reduced_pressure: 11.56 }
+    }
+}
+
+/// A fluid below the transition, a solid above, and the two side by side in between.
+///
+/// No fluid equation and no solid equation give exactly the same pressure at the two packing
+/// fractions of a [`Coexistence`]. The pressure decides: each branch is cut where it reaches it, and
+/// the packing fractions given only start the two searches. [`coexistence`](Self::coexistence)
+/// tells where the cuts came to lie. Between them P/T is constant, so Z falls as 1/η, and
+/// [`packing_fraction_at`](EquationOfState::packing_fraction_at) jumps at the pressure of
+/// coexistence, where it gives the fluid. A column therefore has a sharp front.
+///
+/// The chemical potential is continuous, as coexistence demands: the fluid's is taken over by the
+/// solid at the transition, whose own constant is not used.
+///
+/// ```
+/// use gradient_mc::equation_of_state::{Coexistence, EquationOfState, FluidSolid, ModifiedKolafa, SpeedySolid};
+/// let spheres = FluidSolid::new(ModifiedKolafa, SpeedySolid, Coexistence::default())?;
+/// let (below, above) = (spheres.packing_fraction_at(11.55, None), spheres.packing_fraction_at(11.57, None));
+/// assert!(below.unwrap() < 0.493 && above.unwrap() > 0.543);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FluidSolid<F = ModifiedKolafa, S = SpeedySolid> {
+    fluid: F,
+    solid: S,
+    cuts: Coexistence,
+}
+
+impl Default for FluidSolid {
+    /// Hard spheres as well as they are known here: the modified Kolafa-Labík-Malijevský fluid and
+    /// Speedy's solid, joined at P/T = 11.56.
+    fn default() -> Self {
+        // What `new` finds, to the last bit, as a test checks; for these two it cannot fail.
+        let cuts = Coexistence {
+            fluid: 0.491_707_782_994_691_64,
+            solid: 0.543_204_740_627_804_4,
+            ..Coexistence::default()
+        };
+        Self { fluid: ModifiedKolafa, solid: SpeedySolid, cuts }
+    }
+}
+
+impl<F: EquationOfState, S: EquationOfState> FluidSolid<F, S> {
+    /// Joins the two at the pressure of `coexistence`.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] if one of them does not reach that pressure, or the solid would be
+    /// no denser than the fluid.
+    pub fn new(fluid: F, solid: S, coexistence: Coexistence) -> Result<Self, Error> {
+        let pressure = Error::require_positive("P/T of coexistence", coexistence.reduced_pressure)?;
+        let invalid = |requirement| Error::InvalidParameter {
+            name: "P/T of coexistence",
+            value: pressure,
+            requirement,
+        };
+        let liquid = fluid
+            .packing_fraction_at(pressure, Some(coexistence.fluid))
+            .ok_or_else(|| invalid("the fluid equation of state must reach it"))?;
+        let crystal = solid
+            .packing_fraction_at(pressure, Some(coexistence.solid))
+            .ok_or_else(|| invalid("the solid equation of state must reach it"))?;
+        if crystal <= liquid {
+            return Err(invalid("the solid must be denser there than the fluid"));
+        }
+        let cuts = Coexistence { fluid: liquid, solid: crystal, reduced_pressure: pressure };
+        Ok(Self { fluid, solid, cuts })
+    }
+
+    /// The transition as these two equations have it: the pressure given, and the packing fractions at
+    /// which each reaches it.
+    #[must_use]
+    pub fn coexistence(&self) -> Coexistence {
+        self.cuts
+    }
+}
+
+impl<F: EquationOfState, S: EquationOfState> EquationOfState for FluidSolid<F, S> {
+    fn compressibility_factor(&self, packing_fraction: f64) -> f64 {
+        if packing_fraction <= self.cuts.fluid {
+            self.fluid.compressibility_factor(packing_fraction)
+        } else if packing_fraction >= self.cuts.solid {
+            self.solid.compressibility_factor(packing_fraction)
+        } else {
+            self.cuts.reduced_pressure / super::number_density(packing_fraction)
+        }
+    }
+    fn compressibility_derivative(&self, packing_fraction: f64) -> f64 {
+        if packing_fraction <= self.cuts.fluid {
+            self.fluid.compressibility_derivative(packing_fraction)
+        } else if packing_fraction >= self.cuts.solid {
+            self.solid.compressibility_derivative(packing_fraction)
+        } else {
+            -self.compressibility_factor(packing_fraction)
+        }
+    }
+    fn excess_chemical_potential(&self, packing_fraction: f64) -> f64 {
+        if packing_fraction <= self.cuts.fluid {
+            return self.fluid.excess_chemical_potential(packing_fraction);
+        }
+        // ln η plus this is the same on both sides of the transition and all along it.
+        let mixed = packing_fraction.min(self.cuts.solid);
+        let along =
+            self.fluid.excess_chemical_potential(self.cuts.fluid) + libm::log(self.cuts.fluid / mixed);
+        if packing_fraction <= self.cuts.solid {
+            return along;
+        }
+        along + self.solid.excess_chemical_potential(packing_fraction)
+            - self.solid.excess_chemical_potential(self.cuts.solid)
+    }
+    /// From the fluid's lower end to the solid's upper end.
+    fn domain(&self) -> Domain {
+        Domain { lowest: self.fluid.domain().lowest, highest: self.solid.domain().highest }
+    }
+    fn packing_fraction_at(&self, reduced_pressure: f64, guess: Option<f64>) -> Option<f64> {
+        // A guess from the other side of the transition is worse than the cut itself.
+        if reduced_pressure <= self.cuts.reduced_pressure {
+            let guess = guess.map(|eta| eta.min(self.cuts.fluid));
+            self.fluid.packing_fraction_at(reduced_pressure, guess)
+        } else {
+            let guess = guess.map_or(self.cuts.solid, |eta| eta.max(self.cuts.solid));
+            self.solid.packing_fraction_at(reduced_pressure, Some(guess))
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_default_is_what_new_finds() {
+        let found = FluidSolid::new(ModifiedKolafa, SpeedySolid, Coexistence::default()).unwrap();
+        assert_eq!(FluidSolid::default(), found);
+    }
+}

@@ -1,1 +1,0 @@
-//! The theory profile of a scene.

@@ -1,0 +1,343 @@
+//! Integration of ln P upwards from the base.
+//!
+//! d ln P/dx = −a/(T Z), with η from P/T. The temperature itself enters, never its derivative, so a
+//! jump of T is nothing special. A panel holds the values at Gauss nodes that satisfy the integral
+//! equation (collocation, order 32), and is halved until the Legendre series of ln n has decayed. A jump
+//! of T, or of η at a phase transition, is closed in on until the panel that holds it is as narrow as
+//! rounding allows.
+
+use super::legendre::{Legendre, ORDER, Series, evaluate};
+use crate::equation_of_state::EquationOfState;
+use crate::{Error, Field, TemperatureProfile};
+
+/// Largest coefficient allowed among the last of the series of ln n.
+const TAIL_TOLERANCE: f64 = 1e-11;
+/// The same, when halving a panel no longer helps: rounding in a field or an equation of state.
+const NOISE_TOLERANCE: f64 = 1e-9;
+/// Largest change of ln P over a panel.
+const LARGEST_DROP: f64 = 3.0;
+/// The column ends where ln P has fallen this far below its maximum: P is 1e-300 of it.
+const LOGARITHM_OF_NOTHING: f64 = 690.0;
+/// A column that is still there this high has no end.
+const HIGHEST_CLIMB: f64 = 1e9;
+/// At [`HIGHEST_CLIMB`] a column counts as held if ln P has fallen this far.
+const DROP_THAT_COUNTS_AS_HELD: f64 = 60.0;
+/// More panels than this are a scene beyond the solver.
+const MOST_PANELS: usize = 20_000;
+/// Outside this range of ln(P/T) the gas is ideal to rounding, or the number is out of range.
+const LOGARITHMIC_RANGE: f64 = 650.0;
+
+/// One stretch of the column, a solution to rounding.
+#[derive(Debug, Clone)]
+pub(super) struct Panel {
+    pub(super) start: f64,
+    pub(super) end: f64,
+    /// Series of ln n.
+    pub(super) ln_density: Series,
+    /// Series of ln P.
+    pub(super) ln_pressure: Series,
+    /// Series of n.
+    pub(super) density: Series,
+    /// A panel of rounding width around a jump, in which the series means nothing.
+    pub(super) jump: bool,
+    /// Density at the first and last node.
+    pub(super) edges: [f64; 2],
+    /// ∫ n dx over the panel.
+    pub(super) mass: f64,
+    /// ∫ (x − base) n dx over the panel.
+    pub(super) moment: f64,
+}
+
+/// The scene that is integrated.
+#[derive(Debug)]
+pub(super) struct Column<'a, F, T, E> {
+    pub(super) field: &'a F,
+    pub(super) temperature: &'a T,
+    pub(super) equation_of_state: &'a E,
+    pub(super) base: f64,
+    /// Height of the lid; `None` is open.
+    pub(super) lid: Option<f64>,
+    pub(super) rule: Legendre,
+}
+
+/// A panel with what the march needs to judge it and to go on.
+struct Trial {
+    panel: Panel,
+    tail: f64,
+    ln_pressure_at_end: f64,
+    packing_fraction_at_end: Option<f64>,
+}
+
+/// ln Z and Z of a state, with its packing fraction if it was worth computing.
+struct State {
+    factor: f64,
+    packing_fraction: Option<f64>,
+}
+
+impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
+    /// The acceleration, checked.
+    fn acceleration(&self, height: f64) -> Result<f64, Error> {
+        let acceleration = self.field.acceleration(height);
+        if acceleration.is_finite() {
+            return Ok(acceleration);
+        }
+        Err(Error::InvalidField { height, acceleration, potential: self.field.potential(height) })
+    }
+
+    /// The temperature, checked.
+    pub(super) fn temperature(&self, height: f64) -> Result<f64, Error> {
+        let temperature = self.temperature.temperature(height);
+        if temperature.is_finite() && temperature > 0.0 {
+            return Ok(temperature);
+        }
+        Err(Error::InvalidTemperature { height, temperature })
+    }
+
+    /// The state at a given ln P/T.
+    fn state(&self, height: f64, ln_reduced_pressure: f64, guess: Option<f64>) -> Result<State, Error> {
+        if ln_reduced_pressure < -LOGARITHMIC_RANGE {
+            return Ok(State { factor: 1.0, packing_fraction: None });
+        }
+        let reduced_pressure = libm::exp(ln_reduced_pressure);
+        let exhausted = || Error::EquationOfStateExhausted { height, reduced_pressure };
+        if ln_reduced_pressure > LOGARITHMIC_RANGE || ln_reduced_pressure.is_nan() {
+            return Err(exhausted());
+        }
+        let eta =
+            self.equation_of_state.packing_fraction_at(reduced_pressure, guess).ok_or_else(exhausted)?;
+        let factor = self.equation_of_state.compressibility_factor(eta);
+        if factor > 0.0 && factor.is_finite() {
+            Ok(State { factor, packing_fraction: Some(eta) })
+        } else {
+            Err(exhausted())
+        }
+    }
+
+    /// The packing fraction at the base for a given pressure there.
+    pub(super) fn packing_fraction_at_base(&self, ln_pressure: f64) -> Result<f64, Error> {
+        let ln_reduced_pressure = ln_pressure - libm::log(self.temperature(self.base)?);
+        let state = self.state(self.base, ln_reduced_pressure, None)?;
+        Ok(state
+            .packing_fraction
+            .unwrap_or_else(|| crate::equation_of_state::packing_fraction(libm::exp(ln_reduced_pressure))))
+    }
+
+    /// All panels of the column with the given ln P at the base.
+    pub(super) fn march(&self, ln_base_pressure: f64) -> Result<Vec<Panel>, Error> {
+        let mut panels: Vec<Panel> = Vec::with_capacity(512);
+        let (mut height, mut ln_pressure, mut highest) = (self.base, ln_base_pressure, ln_base_pressure);
+        let mut guess = None;
+        // What the last attempt asks of the next: its width, and the tail it could not shorten.
+        let (mut width, mut rejected_tail) = (f64::INFINITY, f64::INFINITY);
+        let mut attempts = 0;
+        loop {
+            if self.lid.is_some_and(|lid| height >= lid) || highest - ln_pressure > LOGARITHM_OF_NOTHING {
+                return Ok(panels);
+            }
+            let climb = height - self.base;
+            if self.lid.is_none() && climb > HIGHEST_CLIMB {
+                if highest - ln_pressure > DROP_THAT_COUNTS_AS_HELD {
+                    return Ok(panels);
+                }
+                return Err(Error::UnboundedColumn { height, pressure: libm::exp(ln_pressure) });
+            }
+            attempts += 1;
+            if attempts > 2 * MOST_PANELS || panels.len() > MOST_PANELS {
+                let residual = if rejected_tail.is_finite() { rejected_tail } else { 0.0 };
+                return Err(Error::HydrostaticsNotConverged { height, residual });
+            }
+            // Near the base no feature of the scene wider than half a diameter can hide between nodes.
+            width = width.min(2.0 + 0.02 * climb);
+            let end = match self.lid {
+                // No sliver is left below the lid.
+                Some(lid) if height + 1.001 * width >= lid => lid,
+                _ => height + width,
+            };
+            let narrowest = 64.0 * f64::EPSILON * end.abs().max(height.abs()).max(1.0);
+            let at_limit = end - height <= narrowest;
+            let trial = match self.trial(height, end, ln_pressure, guess) {
+                Ok(trial) => trial,
+                // The iteration may have strayed where the true solution does not go.
+                Err(Error::EquationOfStateExhausted { .. }) if !at_limit => {
+                    rejected_tail = f64::INFINITY;
+                    width = 0.5 * (end - height);
+                    continue;
+                }
+                Err(error) => return Err(error),
+            };
+            let drop = (trial.ln_pressure_at_end - ln_pressure).abs();
+            let noise = NOISE_TOLERANCE * (1.0 + (highest - ln_pressure).abs() / 50.0);
+            let smooth =
+                trial.tail <= TAIL_TOLERANCE || (trial.tail <= noise && trial.tail > 0.25 * rejected_tail);
+            // NaN fails this comparison and is halved down to the limit.
+            let accepted = smooth && drop <= 1.2 * LARGEST_DROP;
+            if !accepted && !at_limit {
+                rejected_tail = trial.tail;
+                width = 0.5 * (end - height);
+                continue;
+            }
+            if !trial.ln_pressure_at_end.is_finite() {
+                return Err(Error::HydrostaticsNotConverged { height, residual: trial.tail });
+            }
+            let mut panel = trial.panel;
+            panel.jump = !accepted;
+            panels.push(panel);
+            // Grow at once unless this panel was halved: what made it so is just ahead.
+            let growth = if rejected_tail.is_finite() && accepted { 1.0 } else { 4.0 };
+            let slope = drop / (end - height);
+            width = (growth * (end - height)).min(LARGEST_DROP / slope.max(1e-300));
+            rejected_tail = f64::INFINITY;
+            height = end;
+            ln_pressure = trial.ln_pressure_at_end;
+            highest = highest.max(ln_pressure);
+            guess = trial.packing_fraction_at_end.or(guess);
+        }
+    }
+
+    /// Solves the integral equation on one panel by Picard's iteration, which contracts because Z
+    /// changes much less than P does.
+    fn trial(&self, start: f64, end: f64, ln_pressure: f64, guess: Option<f64>) -> Result<Trial, Error> {
+        const MOST_ITERATIONS: usize = 40;
+        let half = 0.5 * (end - start);
+        let heights = self.rule.nodes.map(|t| start + half * (t + 1.0));
+        let mut pull = [0.0; ORDER];
+        let mut ln_temperature = [0.0; ORDER];
+        for ((&height, pull), logarithm) in heights.iter().zip(&mut pull).zip(&mut ln_temperature) {
+            let temperature = self.temperature(height)?;
+            *pull = self.acceleration(height)? / temperature;
+            *logarithm = libm::log(temperature);
+        }
+        let mut ln_pressures = [ln_pressure; ORDER];
+        let mut guesses = [guess; ORDER];
+        let mut factors = [1.0; ORDER];
+        let mut slopes = [0.0; ORDER];
+        let mut change = f64::INFINITY;
+        for _ in 0..MOST_ITERATIONS {
+            for i in 0..ORDER {
+                let state = self.state(heights[i], ln_pressures[i] - ln_temperature[i], guesses[i])?;
+                guesses[i] = state.packing_fraction.or(guesses[i]);
+                factors[i] = state.factor;
+                slopes[i] = -pull[i] / state.factor;
+            }
+            let rises = self.rule.integrate_to_nodes(&slopes);
+            change = 0.0;
+            for (value, rise) in ln_pressures.iter_mut().zip(rises) {
+                let new = ln_pressure + half * rise;
+                change = change.max((new - *value).abs());
+                *value = new;
+            }
+            if change <= 1e-14 * ln_pressure.abs().max(1.0) {
+                break;
+            }
+        }
+        let ln_densities: Series =
+            std::array::from_fn(|i| ln_pressures[i] - ln_temperature[i] - libm::log(factors[i]));
+        let densities = ln_densities.map(libm::exp);
+        let mass = half * self.rule.integrate(&densities);
+        let moments: Series = std::array::from_fn(|i| (heights[i] - self.base) * densities[i]);
+        let ln_density = self.rule.coefficients(&ln_densities);
+        let ln_pressure_series = self.rule.coefficients(&ln_pressures);
+        // An iteration that has not converged is worth as much as a series that has not.
+        let tail = ln_density[ORDER - 3..].iter().fold(change, |tail, coefficient| {
+            if coefficient.is_nan() { f64::NAN } else { tail.max(coefficient.abs()) }
+        });
+        let panel = Panel {
+            start,
+            end,
+            ln_density,
+            ln_pressure: ln_pressure_series,
+            density: self.rule.coefficients(&densities),
+            jump: false,
+            edges: [densities[0], densities[ORDER - 1]],
+            mass,
+            moment: half * self.rule.integrate(&moments),
+        };
+        Ok(Trial {
+            panel,
+            tail,
+            ln_pressure_at_end: ln_pressure + half * self.rule.integrate(&slopes),
+            packing_fraction_at_end: guesses[ORDER - 1],
+        })
+    }
+
+    /// Height and number density of the densest point of a solved column.
+    pub(super) fn densest(&self, panels: &[Panel]) -> (f64, f64) {
+        // Candidates: ends and nodes of all panels, in rising order.
+        let samples: Vec<(usize, f64)> = panels
+            .iter()
+            .enumerate()
+            .filter(|(_, panel)| !panel.jump)
+            .flat_map(|(index, _)| {
+                std::iter::once(-1.0)
+                    .chain(self.rule.nodes)
+                    .chain(std::iter::once(1.0))
+                    .map(move |t| (index, t))
+            })
+            .collect();
+        let value = |&(index, t): &(usize, f64)| evaluate(&panels[index].ln_density, t);
+        let height = |&(index, t): &(usize, f64)| panels[index].height(t);
+        let mut best = 0;
+        let mut highest = f64::NEG_INFINITY;
+        for (index, sample) in samples.iter().enumerate() {
+            // A hair of preference for the lower one, so that rounding does not lift a flat maximum.
+            if value(sample) > highest + 1e-14 {
+                (best, highest) = (index, value(sample));
+            }
+        }
+        let Some(sample) = samples.get(best) else {
+            return (self.base, 0.0);
+        };
+        let mut result = (height(sample), highest);
+        let low = samples.get(best.saturating_sub(1)).map_or(result.0, height);
+        let high = samples.get(best + 1).map_or(result.0, height);
+        if let Some(refined) = self.refine_maximum(panels, low, high)
+            && refined.1 >= result.1 - 1e-12
+        {
+            result = refined;
+        }
+        (result.0, libm::exp(result.1))
+    }
+
+    /// The interior maximum between two heights, where a/(TZ) + d ln T/dx changes sign.
+    ///
+    /// That is the condition of eq. (7) of doi:10.1103/PhysRevE.83.061306; it fixes the height much
+    /// better than comparing densities, which are flat there.
+    fn refine_maximum(&self, panels: &[Panel], mut low: f64, mut high: f64) -> Option<(f64, f64)> {
+        let locate = |x: f64| {
+            let index = panels.partition_point(|panel| panel.end <= x).min(panels.len() - 1);
+            (&panels[index], panels[index].abscissa(x))
+        };
+        let decline = |x: f64| {
+            let (panel, t) = locate(x);
+            let factor = libm::exp(evaluate(&panel.ln_pressure, t) - evaluate(&panel.ln_density, t));
+            self.field.acceleration(x) / factor + self.temperature.logarithmic_gradient(x)
+        };
+        if !(low < high && decline(low) < 0.0 && decline(high) > 0.0) {
+            return None;
+        }
+        for _ in 0..80 {
+            let middle = 0.5 * (low + high);
+            if decline(middle) < 0.0 {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        let x = 0.5 * (low + high);
+        let (panel, t) = locate(x);
+        // At a jump the sign changes without a maximum; its neighbours are candidates already.
+        (!panel.jump).then(|| (x, evaluate(&panel.ln_density, t)))
+    }
+}
+
+impl Panel {
+    /// Height of the point t of [−1, 1].
+    pub(super) fn height(&self, t: f64) -> f64 {
+        if t >= 1.0 { self.end } else { self.start + 0.5 * (self.end - self.start) * (t + 1.0) }
+    }
+
+    /// The point of [−1, 1] at a height.
+    pub(super) fn abscissa(&self, height: f64) -> f64 {
+        (2.0 * (height - self.start) / (self.end - self.start) - 1.0).clamp(-1.0, 1.0)
+    }
+}

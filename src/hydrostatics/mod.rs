@@ -1,0 +1,215 @@
+//! The theory of any scene: hydrostatic balance with a local equation of state.
+//!
+//! dP/dx = −n a and P = n T Z(η), eqs. (3) and (4) of doi:10.1103/PhysRevE.83.061306, for any field,
+//! temperature and equation of state.
+//!
+//! What it leaves out is the wall. A column of the local theory starts at its base with the bulk density;
+//! real spheres have their centres half a diameter above the wall and layer there. The local
+//! density is also wrong where ln n changes by of order 1 over a diameter.
+
+mod legendre;
+mod march;
+mod profile;
+
+pub use profile::{DomainExit, HydrostaticProfile};
+
+use crate::equation_of_state::EquationOfState;
+use crate::{Error, Field, TemperatureProfile};
+use legendre::Legendre;
+use march::{Column, Panel};
+
+/// A scene whose theory profile is to be computed.
+///
+/// Field, temperature and equation of state can be given by value or by reference.
+///
+/// ```
+/// use gradient_mc::equation_of_state::CarnahanStarling;
+/// use gradient_mc::field::UniformField;
+/// use gradient_mc::hydrostatics::Hydrostatics;
+/// use gradient_mc::temperature::ExponentialTemperature;
+///
+/// let field = UniformField::default();
+/// let temperature = ExponentialTemperature::new(20.0, 0.05)?;
+/// // 40 spheres above each unit of area
+/// let profile = Hydrostatics::new(&field, &temperature, CarnahanStarling).column_density(40.0)?;
+/// assert!((profile.center_of_mass() - 30.3647703980).abs() < 1e-9);
+/// let (height, _) = profile.density_maximum();
+/// assert!((height - 37.571095).abs() < 1e-6);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy)]
+pub struct Hydrostatics<F, T, E> {
+    field: F,
+    temperature: T,
+    equation_of_state: E,
+    base: f64,
+    lid: Option<f64>,
+}
+
+impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> {
+    /// The column with its base at x = 0, as in the paper, and open at the top.
+    pub fn new(field: F, temperature: T, equation_of_state: E) -> Self {
+        Self { field, temperature, equation_of_state, base: 0.0, lid: None }
+    }
+
+    /// Puts the base at `height` (0.5 is where the centres of real spheres start).
+    #[must_use]
+    pub fn base(mut self, height: f64) -> Self {
+        self.base = height;
+        self
+    }
+
+    /// Closes the column with a lid at `height`; needed where the field does not hold it down.
+    #[must_use]
+    pub fn lid(mut self, height: f64) -> Self {
+        self.lid = Some(height);
+        self
+    }
+
+    /// Leaves the column open at the top, the default: it ends where nothing is left.
+    #[must_use]
+    pub fn open(mut self) -> Self {
+        self.lid = None;
+        self
+    }
+
+    /// Solves for `spheres` per unit of base area, N/A.
+    ///
+    /// In a box without weight whose density would lie between fluid and solid the two can sit
+    /// anywhere, so there is no profile to find, and the error is [`Error::HydrostaticsNotConverged`].
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] for a column density that is not positive and finite, or a lid that
+    /// is not above the base; [`Error::InvalidField`] and [`Error::InvalidTemperature`] where the scene
+    /// is not usable; [`Error::EquationOfStateExhausted`] if no state carries the weight;
+    /// [`Error::UnboundedColumn`] if the column is open and the field does not hold it;
+    /// [`Error::HydrostaticsNotConverged`] for a scene beyond the solver.
+    pub fn column_density(&self, spheres: f64) -> Result<HydrostaticProfile, Error> {
+        let spheres = Error::require_positive("column density", spheres)?;
+        let column = self.column()?;
+        let (ln_base_pressure, panels) = solve_for_mass(&column, spheres)?;
+        HydrostaticProfile::new(&column, ln_base_pressure, panels)
+    }
+
+    /// Solves for a given pressure at the base, in m g/d².
+    ///
+    /// # Errors
+    /// As [`column_density`](Self::column_density).
+    pub fn base_pressure(&self, pressure: f64) -> Result<HydrostaticProfile, Error> {
+        let ln_pressure = libm::log(Error::require_positive("base pressure", pressure)?);
+        let column = self.column()?;
+        column.packing_fraction_at_base(ln_pressure)?;
+        let panels = column.march(ln_pressure)?;
+        HydrostaticProfile::new(&column, ln_pressure, panels)
+    }
+
+    fn column(&self) -> Result<Column<'_, F, T, E>, Error> {
+        let base = Error::require_finite("base of the column", self.base)?;
+        if let Some(lid) = self.lid {
+            let lid = Error::require_finite("lid of the column", lid)?;
+            // Closer than this to each other the two are the same height to rounding.
+            if lid - base < 1e-9 * lid.abs().max(base.abs()).max(1.0) {
+                let requirement = "it must be above the base";
+                return Err(Error::InvalidParameter { name: "lid of the column", value: lid, requirement });
+            }
+        }
+        Ok(Column {
+            field: &self.field,
+            temperature: &self.temperature,
+            equation_of_state: &self.equation_of_state,
+            base,
+            lid: self.lid,
+            rule: Legendre::new(),
+        })
+    }
+}
+
+/// Finds ln P at the base for a given N/A by a bracketed secant in ln P and ln N, which is nearly a
+/// straight line.
+///
+/// A perturbation of ln P never grows by more than the ratio of Z between base and top on the way up,
+/// so this is well conditioned.
+fn solve_for_mass<F: Field, T: TemperatureProfile, E: EquationOfState>(
+    column: &Column<'_, F, T, E>,
+    spheres: f64,
+) -> Result<(f64, Vec<Panel>), Error> {
+    /// Stands for the logarithm of a column density that is zero to rounding.
+    const EMPTY: f64 = -700.0;
+    const GOOD: f64 = 2e-14;
+    const GOOD_ENOUGH: f64 = 1e-11;
+    let wanted = libm::log(spheres);
+    let temperature = column.temperature(column.base)?;
+    let weight = column.field.acceleration(column.base).abs();
+    let dilution = column.lid.map_or(0.0, |lid| temperature / (lid - column.base));
+    // Exact for a uniform field and for a weightless box of points.
+    let scale = weight.max(dilution);
+    let mut guess = wanted + if scale > 0.0 && scale.is_finite() { libm::log(scale) } else { 0.0 };
+    let (mut low, mut high) = (f64::NEG_INFINITY, f64::INFINITY);
+    let mut previous: Option<(f64, f64)> = None;
+    let mut best: Option<(f64, f64, Vec<Panel>)> = None;
+    let mut exhausted = None;
+    let mut longest_step = 2.0;
+    for _ in 0..120 {
+        let solution = match column.march(guess) {
+            Err(error @ Error::EquationOfStateExhausted { .. }) => {
+                exhausted = Some(error);
+                None
+            }
+            other => Some(other?),
+        };
+        let mut slope = 1.0;
+        let residual = if let Some(panels) = solution {
+            let mass: f64 = panels.iter().map(|panel| panel.mass).sum();
+            let residual = libm::log(mass).max(EMPTY) - wanted;
+            if let Some((at, value)) = previous
+                && (guess - at).abs() > 0.0
+            {
+                slope = ((residual - value) / (guess - at)).clamp(0.01, 10.0);
+            }
+            previous = Some((guess, residual));
+            if best.as_ref().is_none_or(|(smallest, ..)| residual.abs() < *smallest) {
+                best = Some((residual.abs(), guess, panels));
+            } else if best.as_ref().is_some_and(|(smallest, ..)| *smallest < GOOD_ENOUGH) {
+                // Rounding: it does not get better.
+                break;
+            }
+            if residual.abs() <= GOOD {
+                break;
+            }
+            residual
+        } else {
+            f64::INFINITY
+        };
+        if residual > 0.0 {
+            high = high.min(guess);
+        } else {
+            low = low.max(guess);
+        }
+        let step = (-residual / slope).clamp(-longest_step, longest_step);
+        let proposal = guess + step;
+        let inside = proposal > low && proposal < high;
+        longest_step *= 2.0;
+        guess = if inside && residual.is_finite() {
+            proposal
+        } else if low.is_finite() && high.is_finite() {
+            0.5 * (low + high)
+        } else if inside {
+            proposal
+        } else {
+            break;
+        };
+        if guess <= low || guess >= high {
+            break;
+        }
+    }
+    match best {
+        Some((residual, ln_base_pressure, panels)) if residual < GOOD_ENOUGH => {
+            Ok((ln_base_pressure, panels))
+        }
+        // The column cannot be made heavy enough because the equation of state ends.
+        best => Err(exhausted.unwrap_or(Error::HydrostaticsNotConverged {
+            height: column.base,
+            residual: best.map_or(f64::INFINITY, |(residual, ..)| residual),
+        })),
+    }
+}

@@ -1,0 +1,82 @@
+//! Local trial moves: one sphere, a small uniform displacement, Metropolis acceptance.
+
+use crate::configuration::{Configuration, wrap};
+use crate::drive::{Drive, log_acceptance};
+use crate::observer::{AcceptedMove, Observer, Tally};
+use crate::random::{Generator, index, symmetric, unit};
+use crate::{Error, Scene, Slab};
+use nalgebra::Vector3;
+
+/// Moves of one sphere, chosen at random, by a displacement uniform in the cube (−S, S)³.
+///
+/// A trial that leaves the slab or overlaps is rejected; otherwise it is accepted with probability
+/// min(1, exp(−Δu)) (eq. 12 of doi:10.1103/PhysRevE.83.061306 and those derived from it). A trial and
+/// its reverse are proposed with the same probability, so detailed balance holds.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LocalMoves {
+    maximum_displacement: f64,
+}
+
+impl LocalMoves {
+    /// S = `maximum_displacement` in diameters.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless 0 < S ≤ half the smallest side of the slab.
+    pub fn new(maximum_displacement: f64, slab: &Slab) -> Result<Self, Error> {
+        let [width_y, width_z] = slab.widths();
+        let largest = 0.5 * slab.height().min(width_y).min(width_z);
+        if maximum_displacement > 0.0 && maximum_displacement <= largest {
+            Ok(Self { maximum_displacement })
+        } else {
+            Err(Error::InvalidParameter {
+                name: "maximum displacement",
+                value: maximum_displacement,
+                requirement: "it must be positive and at most half the smallest side of the slab",
+            })
+        }
+    }
+
+    /// S in diameters.
+    #[must_use]
+    pub fn maximum_displacement(&self) -> f64 {
+        self.maximum_displacement
+    }
+
+    /// One sweep: as many trials as there are spheres.
+    pub(crate) fn sweep<F, T, D: Drive<F, T>, O: Observer + ?Sized>(
+        self,
+        scene: &Scene<F, T>,
+        drive: &D,
+        configuration: &mut Configuration,
+        generator: &mut Generator,
+        observer: &mut O,
+        tally: &mut Tally,
+    ) {
+        let slab = *configuration.slab();
+        let [width_y, width_z] = slab.widths();
+        let particles = configuration.len();
+        let mut accepted = 0;
+        for _ in 0..particles {
+            let sphere = index(generator, particles);
+            let [dx, dy, dz] = [0; 3].map(|_| self.maximum_displacement * symmetric(generator));
+            let [x, y, z] = configuration.position(sphere);
+            let height = x + dx;
+            if height < slab.lowest_center() || height > slab.highest_center() {
+                continue;
+            }
+            let trial = [height, wrap(y + dy, width_y), wrap(z + dz, width_z)];
+            if configuration.overlaps(sphere, trial) {
+                continue;
+            }
+            let exponent = log_acceptance(drive, scene, x, height);
+            if exponent < 0.0 && unit(generator) >= libm::exp(exponent) {
+                continue;
+            }
+            configuration.relocate(sphere, trial);
+            observer.record_move(&AcceptedMove { from_height: x, displacement: Vector3::new(dx, dy, dz) });
+            accepted += 1;
+        }
+        tally.trials += particles as u64;
+        tally.accepted += accepted;
+    }
+}

@@ -1,0 +1,160 @@
+//! Bins of equal height.
+
+use crate::{Error, Frame, Slab};
+
+/// Largest number of bins of a profile.
+pub const MAXIMUM_BINS: usize = 65_536;
+
+/// Where a height lies with respect to the bins.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Place {
+    Below,
+    /// In a bin, this fraction of its height above its lower edge.
+    Inside(usize, f64),
+    Above,
+}
+
+/// A range of heights of one slab, divided evenly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Bins {
+    slab: Slab,
+    low: f64,
+    high: f64,
+    count: usize,
+    per_diameter: f64,
+}
+
+impl Bins {
+    /// Divides the heights from `low` to `high`.
+    pub(super) fn new(slab: &Slab, low: f64, high: f64, count: usize) -> Result<Self, Error> {
+        for (name, value) in [("lowest height of the bins", low), ("highest height of the bins", high)] {
+            if !(0.0..=slab.height()).contains(&value) {
+                let requirement = "it must lie between the walls of the slab";
+                return Err(Error::InvalidParameter { name, value, requirement });
+            }
+        }
+        let extent = high - low;
+        let per_diameter = count as f64 / extent;
+        if extent <= 0.0 || !per_diameter.is_finite() {
+            return Err(Error::InvalidParameter {
+                name: "highest height of the bins",
+                value: high,
+                requirement: "it must be above the lowest",
+            });
+        }
+        if count == 0 || count > MAXIMUM_BINS {
+            return Err(Error::InvalidBins { bins: count, extent, maximum: MAXIMUM_BINS });
+        }
+        Ok(Self { slab: *slab, low, high, count, per_diameter })
+    }
+
+    /// Divides the whole height of the slab.
+    pub(super) fn over(slab: &Slab, count: usize) -> Result<Self, Error> {
+        Self::new(slab, 0.0, slab.height(), count)
+    }
+
+    pub(super) fn count(&self) -> usize {
+        self.count
+    }
+
+    pub(super) fn base_area(&self) -> f64 {
+        self.slab.base_area()
+    }
+
+    /// Volume of a bin.
+    pub(super) fn volume(&self) -> f64 {
+        self.base_area() / self.per_diameter
+    }
+
+    /// Middles of the bins, upwards.
+    pub(super) fn centers(&self) -> impl ExactSizeIterator<Item = f64> + use<> {
+        let Self { low, per_diameter, .. } = *self;
+        (0..self.count).map(move |bin| low + (bin as f64 + 0.5) / per_diameter)
+    }
+
+    /// The bin of a height; the upper edge of the range belongs to the last bin.
+    #[inline]
+    pub(super) fn locate(&self, height: f64) -> Place {
+        if height < self.low {
+            return Place::Below;
+        }
+        if height > self.high {
+            return Place::Above;
+        }
+        let scaled = (height - self.low) * self.per_diameter;
+        // Not negative; a height that is not a number becomes bin 0, as `as` has it.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let bin = (scaled as usize).min(self.count - 1);
+        Place::Inside(bin, scaled - bin as f64)
+    }
+
+    /// Fails unless the frame is of the slab that the bins were made for.
+    pub(super) fn require_slab_of(&self, frame: &Frame<'_>) -> Result<(), Error> {
+        let slab = frame.slab();
+        let requirement = "the observer was made for another slab";
+        if slab.height().to_bits() != self.slab.height().to_bits() {
+            let name = "height of the slab observed";
+            return Err(Error::InvalidParameter { name, value: slab.height(), requirement });
+        }
+        if *slab != self.slab {
+            let name = "base area of the slab observed";
+            return Err(Error::InvalidParameter { name, value: slab.base_area(), requirement });
+        }
+        Ok(())
+    }
+
+    /// Fails unless a profile on the bins `other` can be pooled with one on these.
+    pub(super) fn require_same(&self, other: &Self) -> Result<(), Error> {
+        let requirement = "profiles can only be pooled if their slabs and bins are the same";
+        for (name, mine, value) in [
+            ("number of bins", self.count as f64, other.count as f64),
+            ("lowest height of the bins", self.low, other.low),
+            ("highest height of the bins", self.high, other.high),
+            ("height of the slab", self.slab.height(), other.slab.height()),
+            ("width along y", self.slab.widths()[0], other.slab.widths()[0]),
+            ("width along z", self.slab.widths()[1], other.slab.widths()[1]),
+        ] {
+            if mine.to_bits() != value.to_bits() {
+                return Err(Error::InvalidParameter { name, value, requirement });
+            }
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_height_has_its_bin() {
+        let slab = Slab::new(40.0, 5.0, 5.0).unwrap();
+        let bins = Bins::new(&slab, 0.5, 39.5, 390).unwrap();
+        assert_eq!(bins.locate(0.49), Place::Below);
+        assert_eq!(bins.locate(39.51), Place::Above);
+        assert_eq!(bins.locate(0.5), Place::Inside(0, 0.0));
+        let Place::Inside(last, fraction) = bins.locate(39.5) else { panic!("the upper edge is inside") };
+        assert_eq!(last, 389);
+        approx::assert_relative_eq!(fraction, 1.0, epsilon = 1e-12);
+        for (bin, center) in bins.centers().enumerate() {
+            let Place::Inside(found, fraction) = bins.locate(center) else { panic!("{center} is inside") };
+            assert_eq!(found, bin);
+            approx::assert_relative_eq!(fraction, 0.5, epsilon = 1e-12);
+        }
+    }
+
+    #[test]
+    fn senseless_bins_are_refused() {
+        let slab = Slab::new(40.0, 5.0, 5.0).unwrap();
+        assert!(matches!(Bins::over(&slab, 0), Err(Error::InvalidBins { bins: 0, .. })));
+        assert!(matches!(Bins::over(&slab, MAXIMUM_BINS + 1), Err(Error::InvalidBins { .. })));
+        assert!(Bins::over(&slab, MAXIMUM_BINS).is_ok());
+        for (low, high) in
+            [(-1.0, 2.0), (0.0, 41.0), (3.0, 3.0), (5.0, 4.0), (f64::NAN, 2.0), (0.0, f64::NAN)]
+        {
+            assert!(matches!(Bins::new(&slab, low, high, 10), Err(Error::InvalidParameter { .. })));
+        }
+        // So narrow that the number of bins per diameter overflows.
+        assert!(Bins::new(&slab, 0.0, f64::MIN_POSITIVE, MAXIMUM_BINS).is_err());
+    }
+}

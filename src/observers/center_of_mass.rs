@@ -1,0 +1,185 @@
+//! Height of the centre of mass against time.
+
+use crate::statistics::{self, Autocorrelation, Estimate};
+use crate::{Error, Frame, Observer, ObserverError};
+
+/// The series of the height `h_c` of the centre of mass, frame by frame.
+///
+/// Its constancy is the paper's criterion of a steady state (doi:10.1103/PhysRevE.83.061306, figs. 2
+/// and 7), and its fluctuations in an isothermal column in a uniform field are a response:
+/// Var(h) = (T²/N) dh/dT exactly.
+///
+/// Sixteen bytes are kept per frame. Wrap it in [`Every`](crate::Every) to keep fewer.
+#[derive(Debug, Clone, Default)]
+pub struct CenterOfMass {
+    series: Series,
+    replicas: Vec<Series>,
+}
+
+/// One run.
+#[derive(Debug, Clone, Default)]
+struct Series {
+    sweeps: Vec<u64>,
+    heights: Vec<f64>,
+}
+
+impl CenterOfMass {
+    /// An empty series.
+    #[must_use]
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Sweep numbers of the frames, in the order of observation; merged replicas are not included.
+    #[must_use]
+    pub fn sweeps(&self) -> &[u64] {
+        &self.series.sweeps
+    }
+
+    /// Heights of the centre of mass in those frames.
+    #[must_use]
+    pub fn heights(&self) -> &[f64] {
+        &self.series.heights
+    }
+
+    /// The part from `sweep` on, of every replica: what is left after relaxation.
+    #[must_use]
+    pub fn since(&self, sweep: u64) -> Self {
+        let cut = |series: &Series| {
+            let start = series.sweeps.partition_point(|&observed| observed < sweep);
+            Series { sweeps: series.sweeps[start..].to_vec(), heights: series.heights[start..].to_vec() }
+        };
+        Self { series: cut(&self.series), replicas: self.replicas.iter().map(cut).collect() }
+    }
+
+    /// The runs that hold anything, as slices of heights.
+    fn runs(&self) -> impl Iterator<Item = &[f64]> {
+        [&self.series]
+            .into_iter()
+            .chain(&self.replicas)
+            .map(|series| &series.heights[..])
+            .filter(|heights| !heights.is_empty())
+    }
+
+    /// An estimate from every run, averaged with the runs' lengths as weights.
+    fn pooled(&self, estimate: impl Fn(&[f64]) -> Result<Estimate, Error>) -> Result<Estimate, Error> {
+        let observations: usize = self.runs().map(<[f64]>::len).sum();
+        if observations == 0 {
+            // Ask for what the estimate needs of an empty run.
+            return estimate(&[]);
+        }
+        let (mut mean, mut squared) = (0.0, 0.0);
+        for run in self.runs() {
+            let weight = run.len() as f64 / observations as f64;
+            let of_run = estimate(run)?;
+            mean += weight * of_run.mean;
+            squared += weight * weight * of_run.standard_error * of_run.standard_error;
+        }
+        Ok(Estimate::new(mean, squared.sqrt()))
+    }
+
+    /// Mean height, with its error by [`blocking`](statistics::blocking) each replica.
+    ///
+    /// # Errors
+    /// [`Error::TooFewObservations`] if a replica has fewer than 16 frames.
+    pub fn estimate(&self) -> Result<Estimate, Error> {
+        self.pooled(statistics::blocking)
+    }
+
+    /// Second half minus first half, averaged over replicas; see [`drift`](statistics::drift).
+    ///
+    /// # Errors
+    /// [`Error::TooFewObservations`] if a replica has fewer than 32 frames.
+    pub fn drift(&self) -> Result<Estimate, Error> {
+        self.pooled(statistics::drift)
+    }
+
+    /// Variance of the height, averaged over replicas; see [`variance`](statistics::variance()). Every
+    /// replica's is taken about its own mean.
+    ///
+    /// # Errors
+    /// [`Error::TooFewObservations`] if a replica has fewer than 16 frames.
+    pub fn variance(&self) -> Result<Estimate, Error> {
+        self.pooled(statistics::variance)
+    }
+
+    /// Autocorrelation time of the series, in units of the interval between frames; merged replicas
+    /// are not included. See [`autocorrelation`](statistics::autocorrelation()).
+    ///
+    /// # Errors
+    /// Those of [`autocorrelation`](statistics::autocorrelation()).
+    pub fn autocorrelation(&self) -> Result<Autocorrelation, Error> {
+        statistics::autocorrelation(&self.series.heights)
+    }
+
+    /// Adds the series of an independent replica of the scene.
+    ///
+    /// # Errors
+    /// None at present: any two series can be pooled. The result is there to be like other observers.
+    #[allow(clippy::unnecessary_wraps)]
+    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
+        self.replicas.push(other.series.clone());
+        self.replicas.extend_from_slice(&other.replicas);
+        Ok(())
+    }
+}
+
+impl Observer for CenterOfMass {
+    fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        let height = frame.heights().sum::<f64>() / frame.particles() as f64;
+        self.series.sweeps.push(frame.sweep());
+        self.series.heights.push(height);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_frame::{Scene, ideal_heights};
+    use super::*;
+
+    /// Ideal particles at T = 5: mean 0.5 + T, variance T²/N, and the response dh/dT = 1.
+    fn observed(frames: u64, seed: u64) -> CenterOfMass {
+        let mut scene = Scene::new(500.0, &[]);
+        let mut center = CenterOfMass::new();
+        for frame in 0..frames {
+            scene.sweep = 10 * frame;
+            scene.place(&ideal_heights(25, seed + frame));
+            center.observe(&scene.frame()).unwrap();
+        }
+        center
+    }
+
+    #[test]
+    fn an_ideal_column_has_its_mean_variance_and_no_drift() {
+        let mut center = observed(3000, 0);
+        center.merge(&observed(1000, 1_000_000)).unwrap();
+        assert_eq!((center.sweeps().len(), center.heights().len(), center.sweeps()[7]), (3000, 3000, 70));
+        let estimate = center.estimate().unwrap();
+        // Four standard errors, T/√(25 · 4000); blocking knows them to about 3 %, and adds up to 2 %.
+        let error = 1.0 / 4000_f64.sqrt();
+        assert!((estimate.mean - 5.5).abs() < 4.0 * error, "{estimate}");
+        assert!((estimate.standard_error / error - 1.0).abs() < 0.15, "{}", estimate.standard_error / error);
+        let variance = center.variance().unwrap();
+        // Kurtosis of 25 exponential heights: 3 + 6/25, so the variance of squares is 2.24.
+        assert!((variance.mean - 1.0).abs() < 4.0 * (2.24_f64 / 4000.0).sqrt(), "{variance}");
+        assert!((variance.standard_error / (2.24_f64 / 4000.0).sqrt() - 1.0).abs() < 0.25, "{variance}");
+        assert!(center.drift().unwrap().deviation_from(0.0).abs() < 4.0);
+        assert!((center.autocorrelation().unwrap().time.mean - 0.5).abs() < 0.1);
+    }
+
+    #[test]
+    fn the_start_can_be_cut_off() {
+        let center = observed(100, 7);
+        let late = center.since(501);
+        assert_eq!((late.sweeps()[0], late.heights().len()), (510, 49));
+        assert_eq!(late.heights(), &center.heights()[51..]);
+        assert!(matches!(
+            center.since(10_000).estimate(),
+            Err(Error::TooFewObservations { available: 0, needed: 16 })
+        ));
+        let mut merged = center.since(10_000);
+        merged.merge(&center).unwrap();
+        assert_eq!(merged.estimate().unwrap(), center.estimate().unwrap());
+    }
+}

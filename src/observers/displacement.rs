@@ -1,0 +1,221 @@
+//! Mobility against height.
+
+use super::bins::{Bins, Place};
+use crate::statistics::{BlockAverages, Estimate};
+use crate::{AcceptedMove, Error, Frame, Observer, ObserverError, Slab};
+
+/// How far spheres move, against the height at which a move begins.
+///
+/// The paper's local mobility is the mean length of accepted displacements in a bin
+/// (doi:10.1103/PhysRevE.83.061306, figs. 5, 12 and 15): it drops where the system freezes. Since
+/// it leaves out how seldom a move is accepted, the path and the number of accepted moves per sphere
+/// and sweep are measured too.
+///
+/// Accepted moves are counted as they happen, the spheres of a bin when a frame is observed. What is
+/// observed is therefore *intervals*: the moves since the previous frame. Moves before the first frame
+/// count for nothing, nor does an interval in which the simulation ran without this observer.
+#[derive(Debug, Clone)]
+pub struct DisplacementProfile {
+    bins: Bins,
+    /// Of the interval that is being recorded: path length in all bins, accepted moves in all bins,
+    /// and, filled when it ends, spheres times sweeps in all bins.
+    sample: Vec<f64>,
+    /// Moves recorded in it, outside the bins as well.
+    recorded: u64,
+    /// Sweep number and accepted moves at the frame where it began.
+    start: Option<(u64, u64)>,
+    averages: BlockAverages,
+}
+
+/// Mobility in one bin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct DisplacementPoint {
+    /// Middle of the bin.
+    pub height: f64,
+    /// Mean length of an accepted displacement, in diameters: the paper's Δr per Monte Carlo step.
+    /// NaN where none was accepted.
+    pub mean_displacement: Estimate,
+    /// Length of the path of a sphere in one sweep: the sum of its accepted displacements. NaN where
+    /// no sphere was seen.
+    pub path_per_sweep: Estimate,
+    /// Accepted moves of a sphere in one sweep; for local moves, one trial per sphere and sweep, this
+    /// is the acceptance at this height. NaN where no sphere was seen.
+    pub accepted_per_sweep: Estimate,
+}
+
+impl DisplacementProfile {
+    /// Divides the whole slab into `bins` of equal height.
+    ///
+    /// # Errors
+    /// [`Error::InvalidBins`] unless there are between 1 and [`MAXIMUM_BINS`](super::MAXIMUM_BINS) bins.
+    pub fn new(slab: &Slab, bins: usize) -> Result<Self, Error> {
+        Self::with_bins(Bins::over(slab, bins)?)
+    }
+
+    /// Divides the heights from `low` to `high`.
+    ///
+    /// # Errors
+    /// [`Error::InvalidBins`] for a number of bins as in [`new`](Self::new);
+    /// [`Error::InvalidParameter`] unless 0 ≤ low < high ≤ height of the slab.
+    pub fn with_range(slab: &Slab, low: f64, high: f64, bins: usize) -> Result<Self, Error> {
+        Self::with_bins(Bins::new(slab, low, high, bins)?)
+    }
+
+    fn with_bins(bins: Bins) -> Result<Self, Error> {
+        let averages = BlockAverages::new(3 * bins.count())?;
+        Ok(Self { bins, sample: vec![0.0; 3 * bins.count()], recorded: 0, start: None, averages })
+    }
+
+    /// Intervals observed: frames but the first, unless there were gaps.
+    #[must_use]
+    pub fn observations(&self) -> u64 {
+        self.averages.observations()
+    }
+
+    /// The profile, upwards; errors of these ratios are by the jackknife.
+    ///
+    /// # Errors
+    /// [`Error::TooFewObservations`] below 16 intervals.
+    pub fn points(&self) -> Result<Vec<DisplacementPoint>, Error> {
+        let bins = self.bins.count();
+        let ratios = self.averages.jackknife(|means| {
+            let ratio = move |numerator: usize, denominator: usize| {
+                (0..bins).map(move |bin| means[numerator * bins + bin] / means[denominator * bins + bin])
+            };
+            ratio(0, 1).chain(ratio(0, 2)).chain(ratio(1, 2)).map(finite_or_nan).collect::<Vec<f64>>()
+        })?;
+        let points = self.bins.centers().enumerate().map(|(bin, height)| DisplacementPoint {
+            height,
+            mean_displacement: ratios[bin],
+            path_per_sweep: ratios[bins + bin],
+            accepted_per_sweep: ratios[2 * bins + bin],
+        });
+        Ok(points.collect())
+    }
+
+    /// Adds what an independent replica of the scene has seen.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless slab and bins are the same.
+    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
+        self.bins.require_same(&other.bins)?;
+        self.averages.merge(&other.averages)
+    }
+}
+
+/// A bin through which spheres passed but in which no frame saw one says nothing about rates.
+fn finite_or_nan(ratio: f64) -> f64 {
+    if ratio.is_finite() { ratio } else { f64::NAN }
+}
+
+impl Observer for DisplacementProfile {
+    fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        self.bins.require_slab_of(frame)?;
+        let accepted = frame.tally().accepted;
+        if let Some((start_sweep, start_accepted)) = self.start {
+            let sweeps = frame.sweep().checked_sub(start_sweep).filter(|&sweeps| sweeps > 0);
+            // Fewer recorded than the simulation counted: it ran without this observer in between.
+            let complete = accepted.checked_sub(start_accepted).is_some_and(|count| count <= self.recorded);
+            if let (Some(sweeps), true) = (sweeps, complete) {
+                // The occupation at the end stands for that of the interval: equal on average in a
+                // steady state.
+                let exposures = &mut self.sample[2 * self.bins.count()..];
+                for height in frame.heights() {
+                    if let Place::Inside(bin, _) = self.bins.locate(height) {
+                        exposures[bin] += sweeps as f64;
+                    }
+                }
+                self.averages.push(&self.sample)?;
+            }
+        }
+        self.sample.fill(0.0);
+        self.recorded = 0;
+        self.start = Some((frame.sweep(), accepted));
+        Ok(())
+    }
+
+    #[inline]
+    fn record_move(&mut self, accepted: &AcceptedMove) {
+        self.recorded += 1;
+        if let Place::Inside(bin, _) = self.bins.locate(accepted.from_height) {
+            self.sample[bin] += accepted.displacement.norm();
+            self.sample[self.bins.count() + bin] += 1.0;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_frame::Scene;
+    use super::*;
+    use crate::Vector3;
+
+    fn moved(profile: &mut DisplacementProfile, scene: &mut Scene, from_height: f64, length: f64) {
+        let displacement = Vector3::new(0.0, 0.6 * length, -0.8 * length);
+        profile.record_move(&AcceptedMove { from_height, displacement });
+        scene.tally.accepted += 1;
+    }
+
+    #[test]
+    fn rates_and_lengths_are_those_of_the_moves() {
+        // Two spheres in the lower half, one in the upper, frames every ten sweeps.
+        let mut scene = Scene::new(10.0, &[1.0, 2.0, 7.0]);
+        let mut profile = DisplacementProfile::with_range(&scene.slab, 0.0, 9.0, 3).unwrap();
+        scene.tally.accepted = 1000;
+        scene.sweep = 5;
+        moved(&mut profile, &mut scene, 1.0, 100.0);
+        profile.observe(&scene.frame()).unwrap();
+        for interval in 0..40 {
+            for _ in 0..4 {
+                moved(&mut profile, &mut scene, 1.0, 0.1);
+                moved(&mut profile, &mut scene, 2.0, 0.3);
+                moved(&mut profile, &mut scene, 7.0, 0.5);
+                moved(&mut profile, &mut scene, 9.5, 0.5);
+            }
+            if interval == 20 {
+                // The simulation ran on its own for a while.
+                scene.sweep += 1000;
+                scene.tally.accepted += 1;
+            }
+            scene.sweep += 10;
+            profile.observe(&scene.frame()).unwrap();
+        }
+        assert_eq!(profile.observations(), 39);
+        let points = profile.points().unwrap();
+        let expected = [(0.2, 8.0 * 0.2 / 20.0, 8.0 / 20.0), (f64::NAN, f64::NAN, f64::NAN), (0.5, 0.2, 0.4)];
+        for (point, (length, path, accepted)) in points.iter().zip(expected) {
+            for (estimate, value) in [
+                (point.mean_displacement, length),
+                (point.path_per_sweep, path),
+                (point.accepted_per_sweep, accepted),
+            ] {
+                assert_eq!(estimate.mean.is_nan(), value.is_nan());
+                assert!(value.is_nan() || (estimate.mean - value).abs() < 1e-12);
+                assert!(value.is_nan() || estimate.standard_error < 1e-12);
+            }
+        }
+    }
+
+    #[test]
+    fn replicas_are_pooled() {
+        let mut pooled = DisplacementProfile::new(&Scene::new(10.0, &[]).slab, 1).unwrap();
+        for length in [0.2, 0.4] {
+            let mut scene = Scene::new(10.0, &[1.0]);
+            let mut profile = DisplacementProfile::new(&scene.slab, 1).unwrap();
+            for _ in 0..=64 {
+                profile.observe(&scene.frame()).unwrap();
+                moved(&mut profile, &mut scene, 1.0, length);
+                scene.sweep += 1;
+            }
+            pooled.merge(&profile).unwrap();
+        }
+        let point = pooled.points().unwrap()[0];
+        approx::assert_relative_eq!(point.mean_displacement.mean, 0.3, max_relative = 1e-12);
+        // Replicas that disagree show it: 8 blocks of each kind give 0.1/√15 at the coarsest level.
+        let error = point.mean_displacement.standard_error;
+        approx::assert_relative_eq!(error, 0.1 / 15.0_f64.sqrt(), max_relative = 1e-9);
+        let other = DisplacementProfile::new(&Scene::new(10.0, &[]).slab, 2).unwrap();
+        assert!(matches!(pooled.merge(&other), Err(Error::InvalidParameter { .. })));
+    }
+}

@@ -1,0 +1,206 @@
+//! Pressure against height, from the weight of the column.
+
+use super::bins::{Bins, Place};
+use crate::statistics::{BlockAverages, Estimate};
+use crate::{Error, Frame, Observer, ObserverError, Slab};
+
+/// Pressure P(x) that carries the column above,
+///
+/// P(x) = `P_lid` + (1/A) Σ a(xᵢ) over the spheres with xᵢ > x
+///
+/// (eq. 3 of doi:10.1103/PhysRevE.83.061306), which force balance makes the normal pressure at every
+/// height, layers at the walls included.
+///
+/// In one configuration this is a step function of x, and its mean over a bin is computed exactly: a
+/// sphere in the bin counts with the fraction (xᵢ − low)/Δx of its weight. So there is no discretisation
+/// error other than the averaging over the bin; a sum over binned densities times Δx, as eq. (3) is
+/// usually evaluated, has one.
+///
+/// `P_lid` is what the lid bears: zero for a column that ends below it (the default), T n(contact) at the
+/// lid otherwise. It is taken as exact.
+#[derive(Debug, Clone)]
+pub struct PressureProfile {
+    bins: Bins,
+    lid_pressure: f64,
+    weights: Vec<f64>,
+    pressures: Vec<f64>,
+    averages: BlockAverages,
+}
+
+/// Pressure of one bin.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct PressurePoint {
+    /// Middle of the bin.
+    pub height: f64,
+    /// Mean pressure over the bin, in m g/d².
+    pub pressure: Estimate,
+}
+
+impl PressureProfile {
+    /// Divides the whole slab into `bins` of equal height.
+    ///
+    /// # Errors
+    /// [`Error::InvalidBins`] unless there are between 1 and [`MAXIMUM_BINS`](super::MAXIMUM_BINS) bins.
+    pub fn new(slab: &Slab, bins: usize) -> Result<Self, Error> {
+        Self::with_bins(Bins::over(slab, bins)?)
+    }
+
+    /// Divides the heights from `low` to `high`; spheres above them weigh on them.
+    ///
+    /// # Errors
+    /// [`Error::InvalidBins`] for a number of bins as in [`new`](Self::new);
+    /// [`Error::InvalidParameter`] unless 0 ≤ low < high ≤ height of the slab.
+    pub fn with_range(slab: &Slab, low: f64, high: f64, bins: usize) -> Result<Self, Error> {
+        Self::with_bins(Bins::new(slab, low, high, bins)?)
+    }
+
+    fn with_bins(bins: Bins) -> Result<Self, Error> {
+        Ok(Self {
+            bins,
+            lid_pressure: 0.0,
+            weights: vec![0.0; bins.count()],
+            pressures: vec![0.0; bins.count()],
+            averages: BlockAverages::new(bins.count())?,
+        })
+    }
+
+    /// Sets the pressure on the lid; it may be set after the run, since it is added to the results.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] if not finite.
+    pub fn set_lid_pressure(&mut self, pressure: f64) -> Result<(), Error> {
+        self.lid_pressure = Error::require_finite("pressure on the lid", pressure)?;
+        Ok(())
+    }
+
+    /// Frames observed.
+    #[must_use]
+    pub fn observations(&self) -> u64 {
+        self.averages.observations()
+    }
+
+    /// Mean pressure of every bin, upwards, without errors: for a running simulation. NaN before the
+    /// first frame.
+    #[must_use]
+    pub fn means(&self) -> Vec<f64> {
+        let area = self.bins.base_area();
+        self.averages.mean().into_iter().map(|weight| weight / area + self.lid_pressure).collect()
+    }
+
+    /// The profile, upwards.
+    ///
+    /// # Errors
+    /// [`Error::TooFewObservations`] below 16 frames.
+    pub fn points(&self) -> Result<Vec<PressurePoint>, Error> {
+        let area = self.bins.base_area();
+        let points = self.bins.centers().zip(self.averages.estimates()?).map(|(height, weight)| {
+            let mean = weight.mean / area + self.lid_pressure;
+            PressurePoint { height, pressure: Estimate::new(mean, weight.standard_error / area) }
+        });
+        Ok(points.collect())
+    }
+
+    /// Adds what an independent replica of the scene has seen; the lid pressure stays this one's.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless slab and bins are the same.
+    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
+        self.bins.require_same(&other.bins)?;
+        self.averages.merge(&other.averages)
+    }
+}
+
+impl Observer for PressureProfile {
+    fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        self.bins.require_slab_of(frame)?;
+        weigh_column(frame, &self.bins, &mut self.weights, &mut self.pressures, |_| {});
+        self.averages.push(&self.pressures)?;
+        Ok(())
+    }
+}
+
+/// Sets `pressures` to the exact means over bins of the weight above a height (not yet divided by the
+/// area), using `weights` as scratch, and calls `count` with the bin of every sphere inside.
+pub(super) fn weigh_column(
+    frame: &Frame<'_>,
+    bins: &Bins,
+    weights: &mut [f64],
+    pressures: &mut [f64],
+    mut count: impl FnMut(usize),
+) {
+    weights.fill(0.0);
+    pressures.fill(0.0);
+    let field = frame.field();
+    let mut above = 0.0;
+    for height in frame.heights() {
+        match bins.locate(height) {
+            Place::Below => {}
+            Place::Above => above += field.acceleration(height),
+            Place::Inside(bin, fraction) => {
+                let weight = field.acceleration(height);
+                weights[bin] += weight;
+                pressures[bin] += weight * fraction;
+                count(bin);
+            }
+        }
+    }
+    for (pressure, weight) in pressures.iter_mut().zip(weights).rev() {
+        *pressure += above;
+        above += *weight;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_frame::{Scene, ideal_heights};
+    use super::*;
+    use crate::Field;
+    use crate::field::ExponentialField;
+
+    /// The bin mean of the step function, by brute force over sub-heights.
+    fn by_hand(heights: &[f64], field: &dyn Field, low: f64, high: f64) -> f64 {
+        let weight: f64 = heights
+            .iter()
+            .map(|&height| field.acceleration(height) * ((height - low) / (high - low)).clamp(0.0, 1.0))
+            .sum();
+        weight / 25.0
+    }
+
+    #[test]
+    fn pressure_is_the_exact_mean_of_the_step_function() {
+        let heights = ideal_heights(300, 1);
+        let mut scene = Scene::new(150.0, &heights);
+        scene.field = Box::new(ExponentialField::new(0.02).unwrap());
+        for (low, high, bins) in [(0.0, 150.0, 37), (0.5, 20.5, 100), (3.0, 4.0, 1)] {
+            let mut profile = PressureProfile::with_range(&scene.slab, low, high, bins).unwrap();
+            profile.set_lid_pressure(0.25).unwrap();
+            for _ in 0..16 {
+                profile.observe(&scene.frame()).unwrap();
+            }
+            let width = (high - low) / bins as f64;
+            for (point, mean) in profile.points().unwrap().iter().zip(profile.means()) {
+                let (bottom, top) = (point.height - 0.5 * width, point.height + 0.5 * width);
+                let exact = 0.25 + by_hand(&heights, &*scene.field, bottom, top);
+                approx::assert_relative_eq!(mean, exact, max_relative = 1e-10);
+                approx::assert_relative_eq!(point.pressure.mean, exact, max_relative = 1e-10);
+            }
+        }
+    }
+
+    #[test]
+    fn refining_the_bins_changes_nothing_on_average() {
+        let scene = Scene::new(150.0, &ideal_heights(300, 2));
+        let mut coarse = PressureProfile::new(&scene.slab, 10).unwrap();
+        let mut fine = PressureProfile::new(&scene.slab, 1000).unwrap();
+        (&mut coarse, &mut fine).observe(&scene.frame()).unwrap();
+        for (coarse, fine) in coarse.means().iter().zip(fine.means().chunks_exact(100)) {
+            let mean = fine.iter().sum::<f64>() / 100.0;
+            approx::assert_relative_eq!(*coarse, mean, max_relative = 1e-10);
+        }
+        // The base carries everything below the first sphere.
+        approx::assert_relative_eq!(fine.means()[0], 300.0 / 25.0, max_relative = 1e-12);
+        assert!(coarse.merge(&fine).is_err());
+        assert!(coarse.set_lid_pressure(f64::NAN).is_err());
+    }
+}

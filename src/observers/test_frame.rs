@@ -1,0 +1,54 @@
+//! Frames made by hand, for the tests.
+
+use crate::field::UniformField;
+use crate::temperature::Isothermal;
+use crate::{Field, Frame, Slab, Tally, TemperatureProfile};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64Mcg;
+
+/// A scene whose spheres are where the test puts them.
+pub(super) struct Scene {
+    pub(super) slab: Slab,
+    pub(super) field: Box<dyn Field>,
+    pub(super) temperature: Box<dyn TemperatureProfile>,
+    pub(super) positions: Vec<[f64; 3]>,
+    pub(super) sweep: u64,
+    pub(super) tally: Tally,
+}
+
+impl Scene {
+    /// Uniform field, temperature 5, base area 5 x 5.
+    pub(super) fn new(height: f64, heights: &[f64]) -> Self {
+        let mut scene = Self {
+            slab: Slab::new(height, 5.0, 5.0).unwrap(),
+            field: Box::new(UniformField::default()),
+            temperature: Box::new(Isothermal::new(5.0).unwrap()),
+            positions: Vec::new(),
+            sweep: 0,
+            tally: Tally::default(),
+        };
+        scene.place(heights);
+        scene
+    }
+
+    pub(super) fn place(&mut self, heights: &[f64]) {
+        self.positions = heights.iter().map(|&height| [height, 1.0, 2.0]).collect();
+    }
+
+    pub(super) fn frame(&self) -> Frame<'_> {
+        Frame {
+            slab: &self.slab,
+            field: &*self.field,
+            temperature: &*self.temperature,
+            positions: &self.positions,
+            sweep: self.sweep,
+            tally: &self.tally,
+        }
+    }
+}
+
+/// Heights of ideal particles at the temperature 5 in the uniform field, over the wall at 0.5.
+pub(super) fn ideal_heights(particles: usize, seed: u64) -> Vec<f64> {
+    let mut generator = Pcg64Mcg::seed_from_u64(seed);
+    (0..particles).map(|_| 0.5 - 5.0 * (1.0 - generator.random::<f64>()).ln()).collect()
+}

@@ -1,0 +1,75 @@
+//! What is simulated: a slab, a number of spheres, a field and a temperature profile.
+
+use crate::{Error, Field, Slab, TemperatureProfile, field, temperature};
+
+/// Hard spheres (diameter 1, mass 1) in a slab, under a field and a temperature that depend on height.
+///
+/// A scene is checked once, here, so that nothing downstream has to: field and temperature are probed
+/// at thousands of heights.
+///
+/// ```
+/// use gradient_mc::{Scene, Slab, field::UniformField, temperature::Isothermal};
+/// let slab = Slab::new(400.0, 25.0, 25.0)?;
+/// let scene = Scene::new(slab, 25_000, UniformField::default(), Isothermal::new(15.0)?)?;
+/// assert_eq!(scene.column_density(), 40.0);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Scene<F, T> {
+    slab: Slab,
+    particles: usize,
+    field: F,
+    temperature: T,
+}
+
+impl<F: Field, T: TemperatureProfile> Scene<F, T> {
+    /// Puts the parts together.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] without spheres, [`Error::TooManyParticles`] above close packing,
+    /// [`Error::InvalidField`], [`Error::InconsistentField`] or [`Error::InvalidTemperature`] with the
+    /// height at which a probe failed.
+    pub fn new(slab: Slab, particles: usize, field: F, temperature: T) -> Result<Self, Error> {
+        if particles == 0 {
+            let requirement = "a scene needs at least one sphere";
+            return Err(Error::InvalidParameter { name: "number of spheres", value: 0.0, requirement });
+        }
+        if particles > slab.capacity() || u32::try_from(particles).is_err() {
+            return Err(Error::TooManyParticles {
+                particles,
+                packing_fraction: slab.packing_fraction(particles),
+                capacity: slab.capacity().min(u32::MAX as usize),
+            });
+        }
+        field::probe(&field, &slab)?;
+        temperature::probe(&temperature, &slab)?;
+        Ok(Self { slab, particles, field, temperature })
+    }
+}
+
+impl<F, T> Scene<F, T> {
+    /// The slab.
+    pub fn slab(&self) -> &Slab {
+        &self.slab
+    }
+
+    /// Number of spheres N.
+    pub fn particles(&self) -> usize {
+        self.particles
+    }
+
+    /// The external field.
+    pub fn field(&self) -> &F {
+        &self.field
+    }
+
+    /// The temperature profile.
+    pub fn temperature(&self) -> &T {
+        &self.temperature
+    }
+
+    /// Spheres per area of the base, N/A, in inverse square diameters.
+    pub fn column_density(&self) -> f64 {
+        self.particles as f64 / self.slab.base_area()
+    }
+}

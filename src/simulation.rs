@@ -1,0 +1,215 @@
+//! The simulation: a scene, its drive, a configuration and a generator.
+
+use crate::configuration::Configuration;
+use crate::drive::{ClosedForm, Drive, IsothermalDrive, Phase, Scheme};
+use crate::moves::LocalMoves;
+use crate::observer::{Frame, Observer, Tally};
+use crate::random::Generator;
+use crate::start::{Start, Theory};
+use crate::{Error, Field, Scene, TemperatureProfile};
+use nalgebra::Vector3;
+use rand::SeedableRng;
+
+/// Gradient Monte Carlo of hard spheres in a field `F` and a temperature profile `T`.
+///
+/// The third parameter is how a temperature that varies enters (see [`drive`](crate::drive)); isothermal
+/// scenes leave it out, and hold nothing for it. The three systems of
+/// doi:10.1103/PhysRevE.83.061306 are
+///
+/// ```
+/// use gradient_mc::{Simulation, drive::SelfConsistentDrive, field::*, temperature::*};
+/// type UniformTemperatureAndField = Simulation<UniformField, Isothermal>;
+/// type VaryingField = Simulation<ExponentialField, Isothermal>;
+/// type VaryingTemperature = Simulation<UniformField, ExponentialTemperature, SelfConsistentDrive>;
+/// ```
+///
+/// A run has two phases. [`equilibrate`](Self::equilibrate) lets the drive adapt;
+/// [`run`](Self::run) measures, with whatever the drive froze. Observers look after every sweep.
+///
+/// ```
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+/// use gradient_mc::observers::CenterOfMass;
+/// let slab = Slab::new(60.0, 6.0, 6.0)?;
+/// let scene = Scene::new(slab, 360, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let mut simulation = Simulation::builder(scene).seed(1).build()?;
+/// let mut center_of_mass = CenterOfMass::new();
+/// simulation.equilibrate(100, &mut ())?;
+/// simulation.run(400, &mut center_of_mass)?;
+/// println!("center of mass: {}", center_of_mass.estimate()?);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct Simulation<F, T, D = IsothermalDrive> {
+    scene: Scene<F, T>,
+    drive: D,
+    moves: LocalMoves,
+    configuration: Configuration,
+    generator: Generator,
+    sweep: u64,
+    tally: Tally,
+    phase: Phase,
+}
+
+/// Collects the choices that make a [`Simulation`].
+#[derive(Debug, Clone)]
+pub struct SimulationBuilder<F, T, S = ClosedForm, P = Theory> {
+    scene: Scene<F, T>,
+    scheme: S,
+    start: P,
+    maximum_displacement: f64,
+    seed: u64,
+}
+
+impl<F, T> Simulation<F, T> {
+    /// Describes a simulation of `scene`: closed-form drive, theory start, displacements up to 0.75
+    /// diameters and seed 0, until told otherwise.
+    pub fn builder(scene: Scene<F, T>) -> SimulationBuilder<F, T> {
+        SimulationBuilder { scene, scheme: ClosedForm, start: Theory, maximum_displacement: 0.75, seed: 0 }
+    }
+}
+
+impl<F, T, S, P> SimulationBuilder<F, T, S, P> {
+    /// How a temperature that varies enters; see [`drive`](crate::drive) for the choices.
+    pub fn scheme<R>(self, scheme: R) -> SimulationBuilder<F, T, R, P> {
+        let Self { scene, start, maximum_displacement, seed, .. } = self;
+        SimulationBuilder { scene, scheme, start, maximum_displacement, seed }
+    }
+
+    /// Where the spheres are at first; see [`start`](crate::start) for the choices.
+    pub fn start<Q: Start>(self, start: Q) -> SimulationBuilder<F, T, S, Q> {
+        let Self { scene, scheme, maximum_displacement, seed, .. } = self;
+        SimulationBuilder { scene, scheme, start, maximum_displacement, seed }
+    }
+
+    /// Largest displacement S along each axis in a trial move, in diameters.
+    #[must_use]
+    pub fn maximum_displacement(self, maximum_displacement: f64) -> Self {
+        Self { maximum_displacement, ..self }
+    }
+
+    /// Seed of the [`Generator`]: the same seed gives the same run on every machine.
+    #[must_use]
+    pub fn seed(self, seed: u64) -> Self {
+        Self { seed, ..self }
+    }
+
+    /// Makes the drive, places the spheres and checks them.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] for the displacement; what the scheme and the start return;
+    /// [`Error::OutsideSlab`] and [`Error::Overlap`] with the indices of the spheres;
+    /// [`Error::WrongParticleCount`] if the start does not place as many as the scene has.
+    pub fn build(self) -> Result<Simulation<F, T, S::Drive>, Error>
+    where
+        F: Field,
+        T: TemperatureProfile,
+        S: Scheme<F, T>,
+        P: Start,
+    {
+        let Self { scene, scheme, start, maximum_displacement, seed } = self;
+        let moves = LocalMoves::new(maximum_displacement, scene.slab())?;
+        let drive = scheme.drive(&scene)?;
+        let mut generator = Generator::seed_from_u64(seed);
+        let positions: Vec<[f64; 3]> =
+            start.place(&scene, &mut generator)?.into_iter().map(Into::into).collect();
+        if positions.len() != scene.particles() {
+            return Err(Error::WrongParticleCount { expected: scene.particles(), found: positions.len() });
+        }
+        let configuration = Configuration::new(*scene.slab(), &positions)?;
+        Ok(Simulation {
+            scene,
+            drive,
+            moves,
+            configuration,
+            generator,
+            sweep: 0,
+            tally: Tally::default(),
+            phase: Phase::Equilibration,
+        })
+    }
+}
+
+impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
+    /// Runs `sweeps` sweeps during which the drive may adapt, and shows each to `observer`; `&mut ()`
+    /// looks at nothing.
+    ///
+    /// # Errors
+    /// [`Error::Observer`] with the observer's own error, or what the drive returns. The configuration
+    /// stays valid and the run can go on.
+    pub fn equilibrate<O: Observer + ?Sized>(&mut self, sweeps: u64, observer: &mut O) -> Result<(), Error> {
+        self.phase = Phase::Equilibration;
+        self.advance(sweeps, observer)
+    }
+
+    /// Runs `sweeps` sweeps of production and shows each to `observer`. May be called again and
+    /// again: the phase starts at the first call after an equilibration.
+    ///
+    /// # Errors
+    /// As [`equilibrate`](Self::equilibrate).
+    pub fn run<O: Observer + ?Sized>(&mut self, sweeps: u64, observer: &mut O) -> Result<(), Error> {
+        if self.phase == Phase::Equilibration {
+            self.drive.start_production(&self.scene)?;
+            self.phase = Phase::Production;
+        }
+        self.advance(sweeps, observer)
+    }
+
+    fn advance<O: Observer + ?Sized>(&mut self, sweeps: u64, observer: &mut O) -> Result<(), Error> {
+        for _ in 0..sweeps {
+            self.moves.sweep(
+                &self.scene,
+                &self.drive,
+                &mut self.configuration,
+                &mut self.generator,
+                observer,
+                &mut self.tally,
+            );
+            self.sweep += 1;
+            self.drive.after_sweep(&self.scene, self.configuration.positions(), self.phase)?;
+            observer
+                .observe(&self.frame())
+                .map_err(|source| Error::Observer { sweep: self.sweep, source })?;
+        }
+        Ok(())
+    }
+
+    /// The configuration as an observer sees it.
+    pub fn frame(&self) -> Frame<'_> {
+        Frame {
+            slab: self.scene.slab(),
+            field: self.scene.field(),
+            temperature: self.scene.temperature(),
+            positions: self.configuration.positions(),
+            sweep: self.sweep,
+            tally: &self.tally,
+        }
+    }
+}
+
+impl<F, T, D> Simulation<F, T, D> {
+    /// What is simulated.
+    pub fn scene(&self) -> &Scene<F, T> {
+        &self.scene
+    }
+
+    /// The reduced potential in force.
+    pub fn drive(&self) -> &D {
+        &self.drive
+    }
+
+    /// Sweeps done so far, equilibration included.
+    pub fn sweep(&self) -> u64 {
+        self.sweep
+    }
+
+    /// Trials and acceptances so far.
+    pub fn tally(&self) -> &Tally {
+        &self.tally
+    }
+
+    /// Centres of the spheres, in diameters; what a later run needs to go on from here with
+    /// [`start::Positions`](crate::start::Positions).
+    pub fn positions(&self) -> Vec<Vector3<f64>> {
+        self.configuration.positions().iter().map(|&position| position.into()).collect()
+    }
+}

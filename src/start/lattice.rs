@@ -1,0 +1,172 @@
+//! Close-packed lattices that fit the slab, and the compact start.
+
+use super::Start;
+use crate::random::index;
+use crate::{Error, Generator, Scene, Slab};
+use nalgebra::Vector3;
+
+/// A close-packed crystal that stands on the base, filled from below; the top layer has random
+/// vacancies. Far below the steady state: the other side from [`Uniform`](super::Uniform).
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Compact;
+
+impl Start for Compact {
+    /// # Errors
+    /// [`Error::LatticeFull`] when the lattice that fits the slab has too few sites.
+    fn place<F, T>(
+        &self,
+        scene: &Scene<F, T>,
+        generator: &mut Generator,
+    ) -> Result<Vec<Vector3<f64>>, Error> {
+        let lattice = Lattice::densest(scene.slab());
+        lattice.fill(scene, generator, |layer| if layer == 0 { scene.particles() } else { 0 })
+    }
+}
+
+/// Spheres in adjacent sites are this much farther apart than touching, so that no rounding makes
+/// them overlap.
+const GAP: f64 = 1e-9;
+
+/// Layers of a two-dimensional lattice, every other layer shifted over the hollows of the one below.
+#[derive(Debug, Clone)]
+pub(super) struct Lattice {
+    /// Sites of even layers, as y and z; odd layers are shifted.
+    sites: Vec<[f64; 2]>,
+    shift: [f64; 2],
+    spacing: f64,
+    layers: usize,
+}
+
+impl Lattice {
+    /// The densest of the lattices that fit the periodic widths of `slab`: square or triangular
+    /// layers, rows along y or z, stretched to fit.
+    pub(super) fn densest(slab: &Slab) -> Self {
+        let widths = slab.widths();
+        let square = Self::of_rows(slab, widths, 1.0, 0.0, false);
+        let triangular_y = Self::of_rows(slab, widths, 0.75f64.sqrt(), 0.5, false);
+        let triangular_z = Self::of_rows(slab, [widths[1], widths[0]], 0.75f64.sqrt(), 0.5, true);
+        let candidates = [square, triangular_y, triangular_z];
+        let mut best = None::<Self>;
+        for candidate in candidates {
+            if best.as_ref().is_none_or(|best| candidate.capacity() > best.capacity()) {
+                best = Some(candidate);
+            }
+        }
+        best.unwrap_or(Self { sites: Vec::new(), shift: [0.0; 2], spacing: 1.0, layers: 0 })
+    }
+
+    /// Rows of touching spheres along the first width, `row_distance` apart at least, every other row
+    /// shifted by `row_shift` of the spacing in the row; `swap` exchanges y and z at the end.
+    fn of_rows(slab: &Slab, widths: [f64; 2], row_distance: f64, row_shift: f64, swap: bool) -> Self {
+        let count = |width: f64, spacing: f64| {
+            // Widths are between 3 and 1e6.
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+            let count = (width / (spacing * (1.0 + GAP))) as usize;
+            count
+        };
+        let in_row = count(widths[0], 1.0);
+        let rows = count(widths[1], row_distance);
+        // Shifted rows come in pairs.
+        let rows = if row_shift > 0.0 { rows / 2 * 2 } else { rows };
+        let step = [widths[0] / in_row as f64, widths[1] / rows as f64];
+        let place = |row: usize, column: usize| {
+            let offset = if row % 2 == 1 { row_shift } else { 0.0 };
+            [(column as f64 + offset) * step[0], row as f64 * step[1]]
+        };
+        let sites: Vec<[f64; 2]> =
+            (0..rows).flat_map(|row| (0..in_row).map(move |column| place(row, column))).collect();
+        // Over the middle of a square, or on the axis of a triangle where its corners are equally far.
+        let shift = if row_shift > 0.0 {
+            let [a, h] = step;
+            [0.5 * a, (h * h - 0.25 * a * a) / (2.0 * h)]
+        } else {
+            [0.5 * step[0], 0.5 * step[1]]
+        };
+        let nearest = sites
+            .iter()
+            .map(|site| {
+                let along = |axis: usize| {
+                    let distance = (site[axis] - shift[axis]).abs();
+                    distance.min(widths[axis] - distance)
+                };
+                along(0) * along(0) + along(1) * along(1)
+            })
+            .fold(f64::INFINITY, f64::min);
+        // A layer must clear the one below, and the second one below, whose sites it repeats.
+        let spacing = (1.0 - nearest).max(0.25).sqrt() * (1.0 + GAP) + GAP;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let layers = ((slab.highest_center() - slab.lowest_center()) / spacing) as usize + 1;
+        let flip = |[a, b]: [f64; 2]| if swap { [b, a] } else { [a, b] };
+        Self { sites: sites.into_iter().map(flip).collect(), shift: flip(shift), spacing, layers }
+    }
+
+    fn capacity(&self) -> usize {
+        self.sites.len() * self.layers
+    }
+
+    /// Sites per volume far from the walls.
+    pub(super) fn number_density(&self, slab: &Slab) -> f64 {
+        self.sites.len() as f64 / (slab.base_area() * self.spacing)
+    }
+
+    /// Moves the layers apart by `factor` ≥ 1.
+    pub(super) fn stretch(&mut self, factor: f64, slab: &Slab) {
+        self.spacing *= factor;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let layers = ((slab.highest_center() - slab.lowest_center()) / self.spacing) as usize + 1;
+        self.layers = layers;
+    }
+
+    pub(super) fn spacing(&self) -> f64 {
+        self.spacing
+    }
+
+    /// Number of layers, at least one.
+    pub(super) fn layers(&self) -> usize {
+        self.layers
+    }
+
+    /// Puts `wanted(layer)` more spheres on random sites of each layer; what does not fit goes to the
+    /// next layer, and what is left above the last to vacancies from the top down.
+    pub(super) fn fill<F, T>(
+        &self,
+        scene: &Scene<F, T>,
+        generator: &mut Generator,
+        wanted: impl Fn(usize) -> usize,
+    ) -> Result<Vec<Vector3<f64>>, Error> {
+        let (slab, particles) = (scene.slab(), scene.particles());
+        if particles > self.capacity() {
+            return Err(Error::LatticeFull { sites: self.capacity(), particles });
+        }
+        let per_layer = self.sites.len();
+        let mut occupied = vec![0; self.layers];
+        let mut waiting = 0;
+        for (layer, count) in occupied.iter_mut().enumerate() {
+            waiting += wanted(layer);
+            *count = waiting.min(per_layer);
+            waiting -= *count;
+        }
+        for count in occupied.iter_mut().rev() {
+            let added = waiting.min(per_layer - *count);
+            *count += added;
+            waiting -= added;
+        }
+        let mut order: Vec<usize> = (0..per_layer).collect();
+        let mut positions = Vec::with_capacity(particles);
+        for (layer, &count) in occupied.iter().enumerate() {
+            // The first `count` of a Fisher-Yates shuffle.
+            for chosen in 0..count {
+                order.swap(chosen, chosen + index(generator, per_layer - chosen));
+            }
+            let height = slab.lowest_center() + layer as f64 * self.spacing;
+            for &site in &order[..count] {
+                let along = |axis: usize| {
+                    let shift = if layer % 2 == 1 { self.shift[axis] } else { 0.0 };
+                    (self.sites[site][axis] + shift) % slab.widths()[axis]
+                };
+                positions.push(Vector3::new(height, along(0), along(1)));
+            }
+        }
+        Ok(positions)
+    }
+}

@@ -1,0 +1,36 @@
+//! Initial configurations.
+//!
+//! | start | what it is for |
+//! |---|---|
+//! | [`Theory`] | the hydrostatic profile: shortest equilibration, any packing up to freezing |
+//! | [`Uniform`] | random sequential insertion at n = 0.1, as in the 2011 paper: far too high |
+//! | [`Compact`] | a close-packed crystal on the base: far too low |
+//! | [`Positions`] | whatever you have |
+//!
+//! A claim about the steady state needs two of them that meet. To add a start, implement [`Start`].
+
+mod lattice;
+mod positions;
+mod theory;
+mod uniform;
+
+pub use lattice::Compact;
+pub use positions::Positions;
+pub use theory::Theory;
+pub use uniform::Uniform;
+
+use crate::{Error, Field, Generator, Scene, TemperatureProfile};
+use nalgebra::Vector3;
+
+/// A way to place the spheres of a scene.
+pub trait Start {
+    /// As many centres as the scene has spheres, inside the slab; the simulation checks them.
+    ///
+    /// # Errors
+    /// Any [`Error`], as documented by the start.
+    fn place<F: Field, T: TemperatureProfile>(
+        &self,
+        scene: &Scene<F, T>,
+        generator: &mut Generator,
+    ) -> Result<Vec<Vector3<f64>>, Error>;
+}

@@ -1,0 +1,234 @@
+//! Errors of series of correlated numbers.
+
+use super::{Estimate, MINIMUM_BLOCKS, larger};
+use crate::Error;
+
+/// Quantile 0.99 of the χ² distribution, after Wilson and Hilferty (doi:10.1073/pnas.17.12.684):
+/// within 1 % at one degree of freedom and 0.25 % above.
+fn chi_squared_quantile(degrees: usize) -> f64 {
+    const NORMAL_QUANTILE: f64 = 2.326_347_874_040_841;
+    let spread = 2.0 / (9.0 * degrees as f64);
+    let root = 1.0 - spread + NORMAL_QUANTILE * spread.sqrt();
+    degrees as f64 * root * root * root
+}
+
+fn mean(series: &[f64]) -> f64 {
+    series.iter().sum::<f64>() / series.len() as f64
+}
+
+/// Mean of a series of correlated numbers, with its error by automated blocking.
+///
+/// Neighbours are averaged pairwise until what remains is independent (Flyvbjerg and Petersen,
+/// doi:10.1063/1.457480); where to stop is decided by Jonsson's χ² test at the 1 % level on the
+/// neighbour correlations of all further levels (doi:10.1103/PhysRevE.98.043304). To the variance of
+/// the level where the test stops, the neighbour covariance left there is added if it is positive:
+/// without it the error comes out low by the correlation that the test could not yet see. If the
+/// test passes at no level with at least 16 blocks, the largest error of those levels is returned; it
+/// is then more likely too small than too large, and [`drift`] and [`autocorrelation`](super::autocorrelation())
+/// tell more.
+///
+/// A series that never changes has error zero. A number that is not finite makes both results NaN.
+///
+/// ```
+/// use gradient_mc::statistics::blocking;
+/// let series: Vec<f64> = (0..1024).map(|i| f64::from(i * 7919 % 1009)).collect();
+/// let estimate = blocking(&series)?;
+/// assert!((estimate.mean - 504.0).abs() < 3.0 * estimate.standard_error);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::TooFewObservations`] below 16 numbers.
+pub fn blocking(series: &[f64]) -> Result<Estimate, Error> {
+    /// One level of blocking.
+    struct Level {
+        blocks: usize,
+        /// Squared standard error of the mean, as if blocks were independent.
+        independent: f64,
+        /// The same, with neighbouring blocks correlated as measured.
+        corrected: f64,
+        /// n [γ(1)/σ² + (n − 1)/n²]²: χ² with one degree of freedom if blocks are independent.
+        correlation: f64,
+    }
+
+    let observations = series.len();
+    if observations < MINIMUM_BLOCKS {
+        return Err(Error::TooFewObservations { available: observations, needed: MINIMUM_BLOCKS });
+    }
+    let mean = mean(series);
+    let mut blocks: Vec<f64> = series.iter().map(|value| value - mean).collect();
+    let mut block_length = 1.0;
+    let mut levels = Vec::new();
+    while blocks.len() >= 2 {
+        let count = blocks.len() as f64;
+        // The mean of whole blocks: blocks that were left over at the end are not in it.
+        let center = blocks.iter().sum::<f64>() / count;
+        let variance = blocks.iter().map(|block| (block - center) * (block - center)).sum::<f64>() / count;
+        let covariance =
+            blocks.windows(2).map(|pair| (pair[0] - center) * (pair[1] - center)).sum::<f64>() / count;
+        // Subtracting the sample mean makes E[γ] = −(n − 1)/n² σ² for independent blocks.
+        let covariance = covariance + variance * (count - 1.0) / (count * count);
+        let ratio = if variance > 0.0 { covariance / variance } else { 0.0 };
+        let share = block_length / observations as f64;
+        let unbiased = variance * count / (count - 1.0);
+        levels.push(Level {
+            blocks: blocks.len(),
+            independent: share * unbiased,
+            corrected: share * (unbiased + 2.0 * covariance.max(0.0)),
+            correlation: count * ratio * ratio,
+        });
+        let half = blocks.len() / 2;
+        for block in 0..half {
+            blocks[block] = 0.5 * (blocks[2 * block] + blocks[2 * block + 1]);
+        }
+        blocks.truncate(half);
+        block_length *= 2.0;
+    }
+
+    let usable = levels.iter().take_while(|level| level.blocks >= MINIMUM_BLOCKS).count();
+    let passed = (0..usable).find(|&first| {
+        let statistic: f64 = levels[first..].iter().map(|level| level.correlation).sum();
+        statistic < chi_squared_quantile(levels.len() - first)
+    });
+    let squared = match passed {
+        Some(level) => levels[level].corrected,
+        None => levels[..usable].iter().map(|level| level.independent).fold(0.0, larger),
+    };
+    Ok(Estimate::new(mean, squared.sqrt()))
+}
+
+/// Variance of a correlated series (not of its mean), with its error by [`blocking`].
+///
+/// The mean of (x − x̄)² is low by the variance of x̄, which blocking supplies; so the result is
+/// unbiased to first order in the correlation time over the length. Fluctuations of the centre of
+/// mass give a response: Var(h) = (T²/N) dh/dT in an isothermal column.
+///
+/// # Errors
+/// [`Error::TooFewObservations`] below 16 numbers.
+pub fn variance(series: &[f64]) -> Result<Estimate, Error> {
+    let Estimate { mean, standard_error } = blocking(series)?;
+    let squares: Vec<f64> = series.iter().map(|value| (value - mean) * (value - mean)).collect();
+    let squared = blocking(&squares)?;
+    Ok(Estimate::new(squared.mean + standard_error * standard_error, squared.standard_error))
+}
+
+/// Mean of the second half of a series minus mean of the first, with the error by [`blocking`] each
+/// half.
+///
+/// A steady state gives zero within about two errors; so does a drift that is slower than the noise,
+/// and halves that are short against the relaxation of the system. Middle element of an odd length:
+/// in the second half.
+///
+/// # Errors
+/// [`Error::TooFewObservations`] below 32 numbers.
+pub fn drift(series: &[f64]) -> Result<Estimate, Error> {
+    let needed = 2 * MINIMUM_BLOCKS;
+    if series.len() < needed {
+        return Err(Error::TooFewObservations { available: series.len(), needed });
+    }
+    let (first, second) = series.split_at(series.len() / 2);
+    let (first, second) = (blocking(first)?, blocking(second)?);
+    // Neighbours across the cut are correlated, which is of relative order τ/length.
+    let squared = first.standard_error * first.standard_error + second.standard_error * second.standard_error;
+    Ok(Estimate::new(second.mean - first.mean, squared.sqrt()))
+}
+
+#[cfg(test)]
+#[allow(clippy::float_cmp)] // compares only what is exact
+mod tests {
+    use super::*;
+    use crate::statistics::test_series::autoregressive;
+    use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+    #[test]
+    fn quantiles_are_those_of_chi_squared() {
+        for degrees in 1..=40_u32 {
+            let exact = ChiSquared::new(f64::from(degrees)).unwrap().inverse_cdf(0.99);
+            let tolerance = if degrees == 1 { 0.01 } else { 0.0025 };
+            approx::assert_relative_eq!(
+                chi_squared_quantile(degrees as usize),
+                exact,
+                max_relative = tolerance
+            );
+        }
+    }
+
+    /// Mean over many series of the squared error claimed, in units of the exact one, and mean of the
+    /// squared deviation from the exact mean in units of the claimed one.
+    fn calibration(correlation: f64, length: u32) -> (f64, f64) {
+        const SERIES: u64 = 400;
+        let exact = (1.0 + correlation) / (1.0 - correlation) / f64::from(length);
+        let estimates =
+            (0..SERIES).map(|seed| blocking(&autoregressive(correlation, length as usize, seed)).unwrap());
+        let (claimed, squared) = estimates.fold((0.0, 0.0), |(claimed, squared), estimate| {
+            let variance = estimate.standard_error.powi(2);
+            (claimed + variance / exact, squared + estimate.mean.powi(2) / variance)
+        });
+        (claimed / SERIES as f64, squared / SERIES as f64)
+    }
+
+    #[test]
+    fn errors_of_autoregressive_series_are_right() {
+        // Exact up to 2τ²/N of it (below 1 %), plus what the test cannot see. The mean of 400 squared
+        // Gaussian deviations scatters by √(2/400) = 7 %, and by more if the errors scatter.
+        for (correlation, length) in [(0.0, 1024), (0.5, 1024), (0.9, 8192), (0.9, 10_000), (0.98, 16_384)] {
+            let (claimed, squared) = calibration(correlation, length);
+            assert!((claimed - 1.0).abs() < 0.05, "{correlation}, {length}: {claimed}");
+            assert!((squared - 1.0).abs() < 4.0 * 0.071, "{correlation}, {length}: {squared}");
+        }
+        // A short series, 54 independent numbers: somewhat too small, as any method.
+        let (claimed, squared) = calibration(0.9, 1024);
+        assert!(claimed > 0.85 && squared < 1.5, "{claimed}, {squared}");
+        // Anticorrelation is half seen: safe.
+        let (claimed, squared) = calibration(-0.5, 1024);
+        assert!(claimed > 1.0 && squared < 1.0, "{claimed}, {squared}");
+    }
+
+    #[test]
+    fn constants_have_no_error_and_broken_numbers_propagate() {
+        let rounded = blocking(&[0.1; 1000]).unwrap();
+        assert!((rounded.mean - 0.1).abs() < 1e-13 && rounded.standard_error < 1e-15);
+        assert_eq!(blocking(&[3.0; 100]).unwrap(), Estimate::new(3.0, 0.0));
+        let mut series = autoregressive(0.5, 100, 1);
+        series[50] = f64::NAN;
+        for estimate in [blocking(&series), variance(&series), drift(&series)] {
+            let estimate = estimate.unwrap();
+            assert!(estimate.mean.is_nan() && estimate.standard_error.is_nan());
+        }
+        let few = blocking(&[1.0; 15]);
+        assert!(matches!(few, Err(Error::TooFewObservations { available: 15, needed: 16 })));
+        assert!(matches!(drift(&[1.0; 31]), Err(Error::TooFewObservations { needed: 32, .. })));
+    }
+
+    #[test]
+    fn a_series_too_short_for_its_memory_gives_its_largest_error() {
+        // A ramp never decorrelates: sixteen blocks have the largest error, whose square is
+        // N²/12 (1 − 1/16²) 16/15 / 16.
+        let ramp: Vec<f64> = (0..1024).map(f64::from).collect();
+        let estimate = blocking(&ramp).unwrap();
+        approx::assert_relative_eq!(
+            estimate.standard_error / 1024.0,
+            (255.0_f64 / 256.0 / 180.0).sqrt(),
+            max_relative = 1e-3
+        );
+        let change = drift(&ramp).unwrap();
+        assert_eq!(change.mean, 512.0);
+        assert!(change.deviation_from(0.0) > 4.0);
+    }
+
+    #[test]
+    fn variance_of_a_correlated_series_is_unbiased() {
+        const SERIES: u64 = 200;
+        let (mut mean, mut claimed) = (0.0, 0.0);
+        // N/(2τ) = 108: without the correction the mean would be low by 1/108.
+        for seed in 0..SERIES {
+            let estimate = variance(&autoregressive(0.9, 2048, seed)).unwrap();
+            mean += estimate.mean / SERIES as f64;
+            claimed += estimate.standard_error.powi(2) / SERIES as f64;
+        }
+        // For Gaussian numbers the squares' correlation is φ²: variance of the result 2(1 + φ²)/(1 − φ²)/N.
+        let exact = 2.0 * (1.81 / 0.19) / 2048.0;
+        assert!((mean - 1.0).abs() < 3.0 * (exact / SERIES as f64).sqrt(), "{mean}");
+        assert!((claimed / exact - 1.0).abs() < 0.2, "{}", claimed / exact);
+    }
+}

@@ -1,0 +1,272 @@
+//! Sampled results that are known exactly: seeded, within 4 blocked standard errors, and with a cap
+//! on the error bar itself, so that a noisy run cannot pass.
+
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
+
+use gradient_mc::drive::{Drive, EquationOfStateClosure, Scheme, SelfConsistent};
+use gradient_mc::equation_of_state::IdealGas;
+use gradient_mc::field::{ExponentialField, LinearField, SumField, UniformField};
+use gradient_mc::observers::{CenterOfMass, DensityProfile};
+use gradient_mc::start::Uniform;
+use gradient_mc::statistics::Estimate;
+use gradient_mc::temperature::{ExponentialTemperature, Isothermal, TemperatureFn};
+use gradient_mc::{Error, Every, Field, Scene, Simulation, SimulationBuilder, Slab, TemperatureProfile};
+
+/// Whether an estimate agrees with an exact value: 4 standard errors, the error bar capped.
+fn agrees(what: &str, estimate: Estimate, exact: f64, largest_error: f64) -> Result<(), String> {
+    let deviation = (estimate.mean - exact).abs();
+    if estimate.standard_error > largest_error || estimate.standard_error <= 0.0 {
+        Err(format!("{what}: error bar {:e} is not in (0, {largest_error:e}]", estimate.standard_error))
+    } else if deviation > 4.0 * estimate.standard_error {
+        Err(format!("{what}: {estimate} against {exact}, {:.1} sigma", deviation / estimate.standard_error))
+    } else {
+        Ok(())
+    }
+}
+
+/// Series of h_c from a run with the given equilibration and length.
+fn center_of_mass<F, T, D>(mut simulation: Simulation<F, T, D>, sweeps: u64, interval: u64) -> CenterOfMass
+where
+    F: Field,
+    T: TemperatureProfile,
+    D: Drive<F, T>,
+{
+    let mut observer = Every::new(interval, CenterOfMass::new());
+    simulation.equilibrate(sweeps / 10, &mut ()).unwrap();
+    simulation.run(sweeps, &mut observer).unwrap();
+    observer.observer
+}
+
+/// One sphere, which has the profile n ∝ exp(−u): the drive is all there is.
+fn one_sphere<F: Field, T: TemperatureProfile>(
+    height: f64,
+    field: F,
+    temperature: T,
+) -> SimulationBuilder<F, T> {
+    let slab = Slab::new(height, 3.0, 3.0).unwrap();
+    let scene = Scene::new(slab, 1, field, temperature).unwrap();
+    Simulation::builder(scene).maximum_displacement(1.5).seed(11)
+}
+
+/// Mean height of a density given up to a factor, over the heights of a centre, by Simpson's rule.
+fn mean_height(height: f64, density: impl Fn(f64) -> f64) -> f64 {
+    let (low, high, panels) = (0.5, height - 0.5, 20_000);
+    let width = (high - low) / f64::from(2 * panels);
+    let (mut norm, mut moment) = (0.0, 0.0);
+    for node in 0..=2 * panels {
+        let weight = if node == 0 || node == 2 * panels { 1.0 } else { f64::from(2 + 2 * (node % 2)) };
+        let x = low + f64::from(node) * width;
+        norm += weight * density(x);
+        moment += weight * density(x) * x;
+    }
+    moment / norm
+}
+
+#[test]
+fn one_sphere_in_a_uniform_field() {
+    let temperature = 2.0;
+    let builder = one_sphere(60.0, UniformField::default(), Isothermal::new(temperature).unwrap());
+    let heights = center_of_mass(builder.build().unwrap(), 4_000_000, 10);
+    agrees("mean height", heights.estimate().unwrap(), 0.5 + temperature, 0.01).unwrap();
+    // Var(x) = T^2 for one sphere.
+    agrees("variance", heights.variance().unwrap(), temperature * temperature, 0.06).unwrap();
+}
+
+#[test]
+fn ideal_gas_under_a_lid() {
+    let (temperature, height) = (15.0, 21.0);
+    let builder = one_sphere(height, UniformField::default(), Isothermal::new(temperature).unwrap());
+    let heights = center_of_mass(builder.build().unwrap(), 6_000_000, 20);
+    let free = height - 1.0;
+    let exact = 0.5 + temperature - free / (free / temperature).exp_m1();
+    agrees("mean height", heights.estimate().unwrap(), exact, 0.06).unwrap();
+}
+
+#[test]
+fn one_sphere_in_fields_that_vary() {
+    let temperature = 4.0;
+    let exponential = ExponentialField::new(0.2).unwrap();
+    let builder = one_sphere(40.0, exponential, Isothermal::new(temperature).unwrap());
+    let heights = center_of_mass(builder.build().unwrap(), 2_000_000, 10);
+    let exact = mean_height(40.0, |x| (-(0.2 * x).exp_m1() / 0.2 / temperature).exp());
+    agrees("exponential", heights.estimate().unwrap(), exact, 0.01).unwrap();
+
+    let sum = SumField(UniformField::new(0.5).unwrap(), LinearField::new(-1.5, 0.2).unwrap());
+    let builder = one_sphere(40.0, sum, Isothermal::new(temperature).unwrap());
+    let heights = center_of_mass(builder.build().unwrap(), 2_000_000, 10);
+    let exact = mean_height(40.0, |x| (-(-x + 0.1 * x * x) / temperature).exp());
+    agrees("sum", heights.estimate().unwrap(), exact, 0.02).unwrap();
+}
+
+/// The ideal-gas profile n ∝ exp(−∫a/T)/T, eq. (28), with both fields varying.
+fn ideal_gas_mean(height: f64, base: f64, alpha: f64, beta: f64) -> f64 {
+    let rate = alpha + beta;
+    mean_height(height, |x| (-(rate * x).exp_m1() / (rate * base) + beta * x).exp())
+}
+
+#[test]
+fn one_sphere_where_both_fields_vary() {
+    let (base, alpha, beta, height) = (6.0, 0.03, 0.05, 50.0);
+    let field = ExponentialField::new(alpha).unwrap();
+    let temperature = ExponentialTemperature::new(base, beta).unwrap();
+    let closure = EquationOfStateClosure::new(IdealGas);
+    let builder = one_sphere(height, field, temperature).scheme(closure);
+    let heights = center_of_mass(builder.build().unwrap(), 3_000_000, 10);
+    let exact = ideal_gas_mean(height, base, alpha, beta);
+    agrees("closure", heights.estimate().unwrap(), exact, 0.02).unwrap();
+}
+
+/// T(x) put straight into the Metropolis rule: u = φ/T(x). It even obeys detailed balance, for the
+/// wrong profile.
+#[derive(Debug, Clone, Copy)]
+struct TemperaturePutStraightIn;
+
+impl<F: Field, T: TemperatureProfile> Drive<F, T> for TemperaturePutStraightIn {
+    fn reduced_potential(&self, scene: &Scene<F, T>, height: f64) -> f64 {
+        scene.field().potential(height) / scene.temperature().temperature(height)
+    }
+}
+
+/// Equation (31) as printed for a = 1, ideal gas: the sign and the prefactor of the second term wrong.
+#[derive(Debug, Clone, Copy)]
+struct EquationAsPrinted {
+    base: f64,
+    beta: f64,
+}
+
+impl<F: Field, T: TemperatureProfile> Drive<F, T> for EquationAsPrinted {
+    fn reduced_potential(&self, _: &Scene<F, T>, height: f64) -> f64 {
+        // W/n = T(x) = T0 exp(-beta x) for the ideal gas, so the double integral is T0 x.
+        let Self { base, beta } = *self;
+        (beta * height).exp_m1() / (beta * base) + base * height / (beta * base)
+    }
+}
+
+/// The rules themselves are their schemes.
+macro_rules! scheme_of_itself {
+    ($($rule:ty),+) => {$(
+        impl<F: Field, T: TemperatureProfile> Scheme<F, T> for $rule {
+            type Drive = Self;
+            fn drive(self, _: &Scene<F, T>) -> Result<Self, Error> {
+                Ok(self)
+            }
+        }
+    )+};
+}
+scheme_of_itself!(TemperaturePutStraightIn, EquationAsPrinted);
+
+#[test]
+fn wrong_rules_miss_the_ideal_gas_in_a_temperature_gradient() {
+    let (base, beta, height) = (6.0, 0.05, 50.0);
+    let exact = ideal_gas_mean(height, base, 0.0, beta);
+    let builder = || {
+        let temperature = ExponentialTemperature::new(base, beta).unwrap();
+        one_sphere(height, UniformField::default(), temperature)
+    };
+    let mean = |heights: CenterOfMass| heights.estimate().unwrap();
+
+    let right = builder().scheme(EquationOfStateClosure::new(IdealGas)).build().unwrap();
+    agrees("closure", mean(center_of_mass(right, 2_000_000, 10)), exact, 0.03).unwrap();
+
+    let straight = builder().scheme(TemperaturePutStraightIn).build().unwrap();
+    agrees("T(x) put straight in", mean(center_of_mass(straight, 2_000_000, 10)), exact, 0.03).unwrap_err();
+
+    let printed = builder().scheme(EquationAsPrinted { base, beta }).build().unwrap();
+    agrees("(31) as printed", mean(center_of_mass(printed, 2_000_000, 10)), exact, 0.03).unwrap_err();
+}
+
+#[test]
+fn self_consistent_field_of_a_dilute_gas_is_the_ideal_one() {
+    // So few spheres on so large a base that they hardly meet: Z − 1 is about 4·10⁻³ at the base.
+    let (base, beta, height) = (4.0, 0.05, 40.0);
+    let slab = Slab::new(height, 40.0, 40.0).unwrap();
+    let field = UniformField::default();
+    let temperature = ExponentialTemperature::new(base, beta).unwrap();
+    let scene = Scene::new(slab, 16, field, temperature).unwrap();
+    let mut simulation = Simulation::builder(scene)
+        .scheme(SelfConsistent::default())
+        .maximum_displacement(4.0)
+        .seed(3)
+        .build()
+        .unwrap();
+    let mut observer = Every::new(10, CenterOfMass::new());
+    simulation.equilibrate(200_000, &mut ()).unwrap();
+    simulation.run(300_000, &mut observer).unwrap();
+    let estimate = observer.observer.estimate().unwrap();
+    let exact = ideal_gas_mean(height, base, 0.0, beta);
+    // Excluded volume raises the mean by about 0.2 %, the frozen average adds its own error: allow for
+    // both, and require that the error of a wrong rule (above 0.3) is far outside.
+    assert!(estimate.standard_error < 0.02, "{estimate}");
+    assert!((estimate.mean - exact).abs() < 0.06, "{estimate} against {exact}");
+}
+
+#[test]
+fn two_spheres() {
+    // Temperature 1 on a base 3 x 3; by quadrature of exp(−Δ/T)[L² − π(1 − Δ²)₊] over the height
+    // difference Δ.
+    const MEAN: f64 = 1.567_105_973_366_81;
+    const VARIANCE: f64 = 0.519_298_716_998_895;
+    let slab = Slab::new(30.0, 3.0, 3.0).unwrap();
+    let scene = Scene::new(slab, 2, UniformField::default(), Isothermal::new(1.0).unwrap()).unwrap();
+    let build = || {
+        let builder = Simulation::builder(scene).start(Uniform::default());
+        builder.maximum_displacement(1.2).seed(5).build().unwrap()
+    };
+    let heights = center_of_mass(build(), 4_000_000, 10);
+    agrees("mean height", heights.estimate().unwrap(), MEAN, 0.003).unwrap();
+    agrees("variance", heights.variance().unwrap(), VARIANCE, 0.005).unwrap();
+}
+
+/// A small column: 360 spheres over a base 6 x 6.
+fn column(temperature: f64, seed: u64) -> Simulation<UniformField, Isothermal> {
+    let slab = Slab::new(90.0, 6.0, 6.0).unwrap();
+    let scene = Scene::new(slab, 360, UniformField::default(), Isothermal::new(temperature).unwrap());
+    Simulation::builder(scene.unwrap()).maximum_displacement(0.6).seed(seed).build().unwrap()
+}
+
+#[test]
+fn contact_density_carries_the_weight() {
+    let temperature = 5.0;
+    let mut simulation = column(temperature, 21);
+    // Bins of 0.02 from the contact height; the density there is the intercept of a parabola in ln n.
+    let mut observer =
+        Every::new(5, DensityProfile::with_range(simulation.scene().slab(), 0.5, 0.7, 10).unwrap());
+    simulation.equilibrate(4_000, &mut ()).unwrap();
+    simulation.run(60_000, &mut observer).unwrap();
+    let contact = observer.observer.jackknife(|bins| [contact_density(bins)]).unwrap()[0];
+    let exact = simulation.scene().column_density() / temperature;
+    agrees("contact density", contact, exact, 0.01 * exact).unwrap();
+    assert!((contact.mean / exact - 1.0).abs() < 0.01, "{contact} against {exact}");
+}
+
+/// Contact value of a density in ten bins of 0.02: least-squares parabola of its logarithm.
+fn contact_density(bins: &[f64]) -> f64 {
+    let mut normal = nalgebra::Matrix3::<f64>::zeros();
+    let mut right = nalgebra::Vector3::<f64>::zeros();
+    for (bin, density) in bins.iter().enumerate() {
+        let x = (bin as f64 + 0.5) * 0.02;
+        let row = nalgebra::Vector3::new(1.0, x, x * x);
+        normal += row * row.transpose();
+        right += row * density.ln();
+    }
+    normal.lu().solve(&right).map_or(f64::NAN, |solution| solution[0].exp())
+}
+
+#[test]
+fn fluctuation_of_the_center_of_mass() {
+    // Var(h_c) = (T²/N) dh_c/dT, the derivative from two more runs.
+    let (temperature, step, sweeps) = (5.0, 0.5, 150_000);
+    let at = |temperature: f64, seed: u64| center_of_mass(column(temperature, seed), sweeps, 5);
+    let (middle, high, low) = (at(temperature, 31), at(temperature + step, 32), at(temperature - step, 33));
+    let (high, low) = (high.estimate().unwrap(), low.estimate().unwrap());
+    let slope = (high.mean - low.mean) / (2.0 * step);
+    let slope_error = high.standard_error.hypot(low.standard_error) / (2.0 * step);
+    let factor = temperature * temperature / 360.0;
+    let expected = factor * slope;
+    let variance = middle.variance().unwrap();
+    let error = variance.standard_error.hypot(factor * slope_error);
+    assert!(error < 0.025 * expected * 4.0, "error {error} of {expected}");
+    assert!((variance.mean / expected - 1.0).abs() < 0.10, "{variance} against {expected}");
+    // The check knows the difference: a variance 25 % off is outside.
+    assert!(4.0 * error < 0.25 * expected, "error {error} of {expected}");
+}

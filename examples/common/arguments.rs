@@ -1,0 +1,26 @@
+//! The part of the command line that every example has.
+
+use std::path::PathBuf;
+
+/// Arguments of every example.
+#[derive(clap::Args, Debug, Clone)]
+pub(crate) struct SharedArguments {
+    /// Seed of the random numbers; replica k takes the stream that belongs to seed and k
+    #[arg(long, default_value_t = 1)]
+    pub(crate) seed: u64,
+
+    /// Threads; 0 takes all cores. The results do not depend on it
+    #[arg(long, default_value_t = 0)]
+    pub(crate) threads: usize,
+
+    /// Directory for the CSV files and pictures [default: out/<example>]
+    #[arg(long)]
+    pub(crate) out: Option<PathBuf>,
+}
+
+impl SharedArguments {
+    /// The directory for output of the example of this name.
+    pub(crate) fn directory(&self, example: &str) -> PathBuf {
+        self.out.clone().unwrap_or_else(|| PathBuf::from("out").join(example))
+    }
+}

@@ -1,0 +1,124 @@
+//! The three cases: what differs between them.
+
+use super::measurement::{Replica, simulate};
+use super::protocol::{Protocol, SchemeChoice};
+use crate::common::Failure;
+use crate::common::interrupt::Interrupt;
+use crate::common::progress::Progress;
+use gradient_mc::drive::{ClosedForm, EquationOfStateClosure, Instantaneous, SelfConsistent};
+use gradient_mc::field::{ExponentialField, UniformField};
+use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
+use gradient_mc::{Error, Field, Scene, Slab, TemperatureProfile};
+
+/// One of the paper's three systems.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Case {
+    Isothermal,
+    VaryingField,
+    VaryingTemperature,
+}
+
+impl Case {
+    pub(crate) const ALL: [Self; 3] = [Self::Isothermal, Self::VaryingField, Self::VaryingTemperature];
+
+    /// Temperature T₀ at the base, in m g d.
+    fn base_temperature(self) -> f64 {
+        match self {
+            Self::Isothermal => 15.0,
+            Self::VaryingField | Self::VaryingTemperature => 20.0,
+        }
+    }
+
+    /// α of the field exp(αx), per diameter.
+    fn field_rate(self) -> f64 {
+        if self == Self::VaryingField { 0.02 } else { 0.0 }
+    }
+
+    /// β of the temperature T₀ exp(−βx), per diameter.
+    fn temperature_decay(self) -> f64 {
+        if self == Self::VaryingTemperature { 0.02 } else { 0.0 }
+    }
+
+    /// Name of the files.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Isothermal => "isothermal",
+            Self::VaryingField => "varying_field",
+            Self::VaryingTemperature => "varying_temperature",
+        }
+    }
+
+    /// Head of the column in the table.
+    pub(crate) fn head(self) -> String {
+        let temperature = self.base_temperature();
+        match self {
+            Self::Isothermal => format!("(a) T = {temperature}"),
+            Self::VaryingField => format!("(b) T = {temperature}, α = {}", self.field_rate()),
+            Self::VaryingTemperature => format!("(c) T₀ = {temperature}, β = {}", self.temperature_decay()),
+        }
+    }
+
+    /// Title of the picture.
+    pub(crate) fn title(self) -> String {
+        let temperature = self.base_temperature();
+        match self {
+            Self::Isothermal => format!("Isothermal column in a uniform field: T = {temperature} mgd"),
+            Self::VaryingField => format!(
+                "Isothermal column in a field that grows with height: T = {temperature} mgd, a = g exp({} x/d)",
+                self.field_rate()
+            ),
+            Self::VaryingTemperature => format!(
+                "Temperature that falls with height in a uniform field: T = {temperature} mgd exp(−{} x/d)",
+                self.temperature_decay()
+            ),
+        }
+    }
+
+    pub(crate) fn field(self) -> Result<Box<dyn Field>, Error> {
+        Ok(Box::new(ExponentialField::new(self.field_rate())?))
+    }
+
+    pub(crate) fn temperature(self) -> Result<Box<dyn TemperatureProfile>, Error> {
+        Ok(Box::new(ExponentialTemperature::new(self.base_temperature(), self.temperature_decay())?))
+    }
+
+    /// Simulates one replica.
+    pub(crate) fn simulate(
+        self,
+        protocol: &Protocol,
+        seed: u64,
+        interrupt: &Interrupt,
+        progress: &Progress,
+    ) -> Result<Replica, Failure> {
+        let slab = Slab::new(Protocol::HEIGHT, protocol.width(), protocol.width())?;
+        let particles = protocol.particles;
+        let temperature = self.base_temperature();
+        match self {
+            Self::Isothermal => {
+                let scene =
+                    Scene::new(slab, particles, UniformField::default(), Isothermal::new(temperature)?)?;
+                simulate(scene, ClosedForm, protocol, seed, interrupt, progress)
+            }
+            Self::VaryingField => {
+                let field = ExponentialField::new(self.field_rate())?;
+                let scene = Scene::new(slab, particles, field, Isothermal::new(temperature)?)?;
+                simulate(scene, ClosedForm, protocol, seed, interrupt, progress)
+            }
+            Self::VaryingTemperature => {
+                let temperature = ExponentialTemperature::new(temperature, self.temperature_decay())?;
+                let scene = Scene::new(slab, particles, UniformField::default(), temperature)?;
+                match protocol.scheme {
+                    SchemeChoice::SelfConsistent => {
+                        simulate(scene, SelfConsistent::default(), protocol, seed, interrupt, progress)
+                    }
+                    SchemeChoice::Closure => {
+                        simulate(scene, EquationOfStateClosure::default(), protocol, seed, interrupt, progress)
+                    }
+                    SchemeChoice::Instantaneous => {
+                        simulate(scene, Instantaneous::default(), protocol, seed, interrupt, progress)
+                    }
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,114 @@
+//! One replica: equilibrate, then measure in consecutive intervals.
+
+use super::protocol::{Protocol, StartChoice};
+use crate::common::Failure;
+use crate::common::interrupt::Interrupt;
+use crate::common::progress::Progress;
+use crate::common::replicas::in_chunks;
+use gradient_mc::drive::{Drive, Scheme};
+use gradient_mc::observers::{CenterOfMass, EquationOfStateProfile};
+use gradient_mc::{Every, Field, Scene, Simulation, Tally, TemperatureProfile, start};
+use std::time::{Duration, Instant};
+
+/// Sweeps between two looks at the configuration: counting spheres costs less than moving them, but
+/// not nothing, and neighbouring sweeps look alike.
+const OBSERVATION_INTERVAL: u64 = 5;
+
+/// What one replica measured.
+pub(crate) struct Replica {
+    /// Profiles of the intervals that were at least begun.
+    pub(crate) profiles: Vec<EquationOfStateProfile>,
+    pub(crate) center_of_mass: CenterOfMass,
+    /// Moves of the measurement.
+    pub(crate) production: Tally,
+    /// Moves of the whole replica, and the processor time that they took.
+    pub(crate) total: Tally,
+    pub(crate) busy: Duration,
+    /// Sweeps measured.
+    pub(crate) measured: u64,
+}
+
+/// Simulates one replica of a scene.
+pub(crate) fn simulate<F, T, S>(
+    scene: Scene<F, T>,
+    scheme: S,
+    protocol: &Protocol,
+    seed: u64,
+    interrupt: &Interrupt,
+    progress: &Progress,
+) -> Result<Replica, Failure>
+where
+    F: Field,
+    T: TemperatureProfile,
+    S: Scheme<F, T>,
+{
+    let builder = Simulation::builder(scene)
+        .scheme(scheme)
+        .maximum_displacement(Protocol::MAXIMUM_DISPLACEMENT)
+        .seed(seed);
+    let simulation = match protocol.start {
+        StartChoice::Uniform => builder.start(start::Uniform::default()).build()?,
+        StartChoice::Theory => builder.start(start::Theory).build()?,
+        StartChoice::Compact => builder.start(start::Compact).build()?,
+    };
+    measure(simulation, protocol, interrupt, progress)
+}
+
+fn measure<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
+    mut simulation: Simulation<F, T, D>,
+    protocol: &Protocol,
+    interrupt: &Interrupt,
+    progress: &Progress,
+) -> Result<Replica, Failure> {
+    let clock = Clock::start();
+    in_chunks(protocol.equilibration, interrupt, progress, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
+    let equilibrated = *simulation.tally();
+    let mut center_of_mass = Every::new(OBSERVATION_INTERVAL, CenterOfMass::new());
+    let mut profiles = Vec::new();
+    let mut measured = 0;
+    for &sweeps in &protocol.intervals {
+        let profile = EquationOfStateProfile::new(simulation.scene().slab(), protocol.bins())?;
+        let mut profile = Every::new(OBSERVATION_INTERVAL, profile);
+        let done = in_chunks(sweeps, interrupt, progress, |sweeps| {
+            simulation.run(sweeps, &mut (&mut profile, &mut center_of_mass))
+        })?;
+        if done == 0 {
+            break;
+        }
+        measured += done;
+        profiles.push(profile.observer);
+    }
+    Ok(Replica {
+        profiles,
+        center_of_mass: center_of_mass.observer,
+        production: simulation.tally().since(&equilibrated),
+        total: *simulation.tally(),
+        busy: clock.elapsed(),
+        measured,
+    })
+}
+
+/// Processor time of this thread where the system tells it, otherwise the time on the wall.
+struct Clock {
+    wall: Instant,
+    processor: Option<Duration>,
+}
+
+impl Clock {
+    fn start() -> Self {
+        Self { wall: Instant::now(), processor: Self::processor_time() }
+    }
+
+    fn elapsed(&self) -> Duration {
+        match (self.processor, Self::processor_time()) {
+            (Some(start), Some(now)) => now.saturating_sub(start),
+            _ => self.wall.elapsed(),
+        }
+    }
+
+    /// Linux: nanoseconds that the calling thread has run.
+    fn processor_time() -> Option<Duration> {
+        let statistics = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
+        statistics.split_whitespace().next()?.parse().ok().map(Duration::from_nanos)
+    }
+}

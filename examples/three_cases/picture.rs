@@ -1,0 +1,150 @@
+//! The picture of a case: the profile on the left, the equation of state on the right.
+
+use super::report::{Bin, Report};
+use crate::common::Failure;
+use crate::common::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
+use gradient_mc::EquationOfState;
+use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa, number_density};
+use std::path::Path;
+
+/// Height up to which the layers at the wall are shown enlarged.
+const LAYERS: f64 = 6.0;
+
+/// Draws `<path>.svg` and `<path>.png`.
+pub(crate) fn draw(report: &Report, path: &Path) -> Result<(), Failure> {
+    let title = format!("{}   (N = {}, N/A = {})", report.case.title(), report.particles, super::Protocol::COLUMN_DENSITY);
+    Figure::new(&title)
+        .panel(profile(report))
+        .panel(layers(report))
+        .panel(equation_of_state(report))
+        .panel(deviation(report))
+        .save(path)
+}
+
+fn profile(report: &Report) -> Panel {
+    let place = Place { left: 0.0, top: 0.07, width: 0.5, height: 0.93 };
+    let highest = report.bins.iter().rev().find(|bin| bin.number_density_theory > 0.003);
+    let top = round_up(highest.map_or(1.0, |bin| bin.height), 10.0);
+    let densest = report.bins.iter().map(|bin| bin.number_density_theory).fold(0.0, f64::max);
+    let spacing = top / 60.0;
+    let mut next = 0.0;
+    let points = report.bins.iter().filter(move |bin| {
+        let shown = bin.height >= next;
+        if shown {
+            next = bin.height + 0.999 * spacing;
+        }
+        shown
+    });
+    Panel::new(
+        place,
+        Axis::new("height x / d", 0.0, top).with_numbers(8),
+        Axis::new("number density n d³", 0.0, round_up(1.3 * densest, 0.1)),
+    )
+    .with_legend(Corner::TopRight)
+    .points("simulation (some of the bins)", colors::INK, Mark::Points, points.map(density_point))
+    .line("hydrostatics, Carnahan–Starling", colors::VERMILION, Mark::Line, theory(report))
+}
+
+/// The layers at the wall, which the local theory does not know.
+fn layers(report: &Report) -> Panel {
+    let place = Place { left: 0.262, top: 0.215, width: 0.228, height: 0.37 };
+    let bins = report.bins.iter().filter(|bin| bin.height < LAYERS);
+    let highest = bins.clone().map(|bin| bin.number_density.mean).fold(0.0, f64::max);
+    Panel::new(
+        place,
+        Axis::new("x / d, at the base", 0.0, LAYERS).with_numbers(6),
+        Axis::new("n d³", 0.0, round_up(1.05 * highest, 0.5)).with_numbers(4),
+    )
+    .as_inset()
+    .line("", colors::VERMILION, Mark::Line, theory(report))
+    .points("", colors::INK, Mark::Dots, bins.map(density_point))
+}
+
+fn equation_of_state(report: &Report) -> Panel {
+    let place = Place { left: 0.5, top: 0.07, width: 0.5, height: 0.56 };
+    let densest = densest(report);
+    let at = |equation: &dyn EquationOfState, eta: f64| number_density(eta) * equation.compressibility_factor(eta);
+    let curve = |equation: &'static dyn EquationOfState| {
+        (0..=400).map(move |step| f64::from(step) / 400.0 * densest).map(move |eta| (eta, at(equation, eta)))
+    };
+    let spacing = densest / 45.0;
+    let mut next = 0.0;
+    let mut bins: Vec<&Bin> = report.bulk().collect();
+    bins.sort_by(|first, second| first.packing_fraction().total_cmp(&second.packing_fraction()));
+    let points = bins.into_iter().filter(|bin| {
+        let shown = bin.packing_fraction() >= next;
+        if shown {
+            next = bin.packing_fraction() + spacing;
+        }
+        shown
+    });
+    Panel::new(
+        place,
+        Axis::new("packing fraction η", 0.0, densest).with_numbers(8),
+        Axis::new("P / T  (d⁻³)", 0.0, round_up(1.02 * at(&CarnahanStarling, densest), 0.5)),
+    )
+    .without_x_labels()
+    .with_legend(Corner::TopLeft)
+    .points(
+        "simulation (some of the bins)",
+        colors::INK,
+        Mark::Points,
+        points.map(|bin| Point {
+            x: bin.packing_fraction(),
+            y: bin.pressure.mean / bin.temperature,
+            error: bin.pressure.standard_error / bin.temperature,
+        }),
+    )
+    .line("Carnahan–Starling", colors::VERMILION, Mark::Line, curve(&CarnahanStarling))
+    .line("modified Kolafa–Labík–Malijevský", colors::BLUE, Mark::Dashed, curve(&ModifiedKolafa))
+}
+
+fn deviation(report: &Report) -> Panel {
+    let place = Place { left: 0.5, top: 0.645, width: 0.5, height: 0.355 };
+    let densest = densest(report);
+    let mut sizes: Vec<f64> =
+        report.bulk().map(|bin| 100.0 * bin.from_carnahan_starling.mean.abs()).collect();
+    sizes.sort_by(f64::total_cmp);
+    // Nineteen of twenty points within two thirds of the panel.
+    let typical = sizes.get(sizes.len() * 19 / 20).copied().unwrap_or(1.0);
+    let range = round_up(1.5 * typical, 0.5);
+    let curve = (1..=400).map(|step| f64::from(step) / 400.0 * densest).map(|eta| {
+        let ratio =
+            ModifiedKolafa.compressibility_factor(eta) / CarnahanStarling.compressibility_factor(eta);
+        (eta, 100.0 * (ratio - 1.0))
+    });
+    Panel::new(
+        place,
+        Axis::new("packing fraction η", 0.0, densest).with_numbers(8),
+        Axis::new("P / P(CS) − 1  (%)", -range, range).with_numbers(5),
+    )
+    .points(
+        "",
+        colors::GREY,
+        Mark::Dots,
+        report.bulk().map(|bin| Point {
+            x: bin.packing_fraction(),
+            y: 100.0 * bin.from_carnahan_starling.mean,
+            error: 100.0 * bin.from_carnahan_starling.standard_error,
+        }),
+    )
+    .line("", colors::VERMILION, Mark::Line, [(0.0, 0.0), (densest, 0.0)])
+    .line("", colors::BLUE, Mark::Dashed, curve)
+}
+
+fn density_point(bin: &Bin) -> Point {
+    Point { x: bin.height, y: bin.number_density.mean, error: bin.number_density.standard_error }
+}
+
+fn theory(report: &Report) -> impl Iterator<Item = (f64, f64)> + '_ {
+    report.bins.iter().map(|bin| (bin.height, bin.number_density_theory))
+}
+
+/// Packing fraction at which the equation-of-state panels end.
+fn densest(report: &Report) -> f64 {
+    round_up(1.03 * report.bulk().map(Bin::packing_fraction).fold(0.05, f64::max), 0.05)
+}
+
+fn round_up(value: f64, step: f64) -> f64 {
+    (value / step - 1e-9).ceil() * step
+}

@@ -1,0 +1,160 @@
+//! How long, how many and from where: the command line, made definite.
+
+use super::case::Case;
+use crate::common::Failure;
+use crate::common::arguments::SharedArguments;
+use clap::{Parser, ValueEnum};
+use std::fmt;
+
+/// Simulates the three systems of doi:10.1103/PhysRevE.83.061306 and compares each with theory.
+#[derive(Parser, Debug)]
+#[command(name = "three_cases")]
+pub(crate) struct Arguments {
+    #[command(flatten)]
+    pub(crate) shared: SharedArguments,
+
+    /// Where the spheres are at first [default: theory; with --paper: uniform]
+    #[arg(long, value_enum)]
+    pub(crate) start: Option<StartChoice>,
+
+    /// How the varying temperature of case (c) enters
+    #[arg(long, value_enum, default_value_t = SchemeChoice::SelfConsistent)]
+    pub(crate) scheme: SchemeChoice,
+
+    /// Sweeps measured in every replica [default: 1600; with --paper: 500000]
+    #[arg(long)]
+    pub(crate) sweeps: Option<u64>,
+
+    /// Sweeps before the measurement [default: 600; with --paper: 500000]
+    #[arg(long)]
+    pub(crate) equilibration: Option<u64>,
+
+    /// Spheres. The base is a square of area N/40, so that the column stays that of the paper
+    #[arg(long, default_value_t = 25_000)]
+    pub(crate) particles: usize,
+
+    /// Independent replicas of every case [default: 4; with --paper: 1]
+    #[arg(long)]
+    pub(crate) replicas: Option<u64>,
+
+    /// Height of the bins in diameters [default: 0.25; with --paper: 0.1]
+    #[arg(long)]
+    pub(crate) bin_width: Option<f64>,
+
+    /// The full protocol of the paper: uniform start, 500000 sweeps, then five intervals of 100000
+    /// (hours). Options given beside it take precedence
+    #[arg(long)]
+    pub(crate) paper: bool,
+}
+
+/// Where the spheres are at first.
+#[derive(ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum StartChoice {
+    /// Random insertion at n = 0.1: far too high
+    Uniform,
+    /// The hydrostatic profile of theory: close to the answer, and therefore no evidence
+    Theory,
+    /// A crystal on the base: far too low
+    Compact,
+}
+
+/// How a temperature that varies enters the acceptance.
+#[derive(ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum SchemeChoice {
+    /// Measured while equilibrating, then frozen
+    SelfConsistent,
+    /// From the equation of state: it is imposed, not measured
+    Closure,
+    /// From every sweep's histogram, as the paper is written
+    Instantaneous,
+}
+
+/// Everything that a run depends on.
+#[derive(Debug, Clone)]
+pub(crate) struct Protocol {
+    pub(crate) start: StartChoice,
+    pub(crate) scheme: SchemeChoice,
+    pub(crate) particles: usize,
+    pub(crate) replicas: u64,
+    pub(crate) equilibration: u64,
+    /// Consecutive intervals of measurement, in sweeps: the paper's runs.
+    pub(crate) intervals: Vec<u64>,
+    pub(crate) bin_width: f64,
+    seed: u64,
+}
+
+impl Protocol {
+    /// Height of the box, in diameters.
+    pub(crate) const HEIGHT: f64 = 400.0;
+    /// Spheres per area of the base.
+    pub(crate) const COLUMN_DENSITY: f64 = 40.0;
+    /// Largest displacement in a trial move, in diameters.
+    pub(crate) const MAXIMUM_DISPLACEMENT: f64 = 0.75;
+
+    pub(crate) fn new(arguments: &Arguments) -> Result<Self, Failure> {
+        let choose = |given: Option<u64>, paper, usual| given.unwrap_or(if arguments.paper { paper } else { usual });
+        let sweeps = choose(arguments.sweeps, 500_000, 1600);
+        let count = if arguments.paper { 5 } else { 1 };
+        let replicas = choose(arguments.replicas, 1, 4);
+        if replicas == 0 {
+            return Err("--replicas must be at least 1".into());
+        }
+        let usual_start = if arguments.paper { StartChoice::Uniform } else { StartChoice::Theory };
+        Ok(Self {
+            start: arguments.start.unwrap_or(usual_start),
+            scheme: arguments.scheme,
+            particles: arguments.particles,
+            replicas,
+            equilibration: choose(arguments.equilibration, 500_000, 600),
+            intervals: (0..count).map(|k| sweeps * (k + 1) / count - sweeps * k / count).collect(),
+            bin_width: arguments.bin_width.unwrap_or(if arguments.paper { 0.1 } else { 0.25 }),
+            seed: arguments.shared.seed,
+        })
+    }
+
+    /// A few sweeps near the steady state, to see how fast this machine is.
+    pub(crate) fn trial(&self) -> Self {
+        Self { start: StartChoice::Theory, equilibration: 40, intervals: Vec::new(), ..self.clone() }
+    }
+
+    /// Side of the square base, in diameters.
+    pub(crate) fn width(&self) -> f64 {
+        (self.particles as f64 / Self::COLUMN_DENSITY).sqrt()
+    }
+
+    /// Bins of the whole height, as near to the width asked for as divides it.
+    pub(crate) fn bins(&self) -> usize {
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let bins = (Self::HEIGHT / self.bin_width).round().max(0.0) as usize;
+        bins
+    }
+
+    /// Sweeps of one replica, equilibration included.
+    pub(crate) fn sweeps_per_replica(&self) -> u64 {
+        self.equilibration + self.intervals.iter().sum::<u64>()
+    }
+
+    /// Seed of a replica: the same for any number of threads.
+    pub(crate) fn seed(&self, case: Case, replica: u64) -> u64 {
+        // The generator scrambles its seed, so neighbours are as good as any.
+        self.seed.wrapping_mul(1_000_003).wrapping_add(replica * Case::ALL.len() as u64 + case as u64)
+    }
+}
+
+impl fmt::Display for Protocol {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            formatter,
+            "{} spheres in {} x {:.4} x {:.4}; {} start; {} replicas of {} + {} sweeps; bins of {:.3}",
+            self.particles,
+            Self::HEIGHT,
+            self.width(),
+            self.width(),
+            self.start.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned()),
+            self.replicas,
+            self.equilibration,
+            self.intervals.iter().sum::<u64>(),
+            Self::HEIGHT / self.bins() as f64,
+        )
+    }
+}

@@ -1,0 +1,114 @@
+//! What is printed: the table of the cases, and what it does and does not show.
+
+use super::protocol::{Protocol, StartChoice};
+use super::report::{BULK_BEGINS, BULK_DENSITY, Comparison, Report};
+use crate::common::progress::in_words;
+use crate::common::replicas::thread_count;
+use crate::common::table::Table;
+use gradient_mc::statistics::Estimate;
+use statrs::distribution::{ContinuousCDF, Normal};
+use std::time::Duration;
+
+/// The table: one column per case.
+pub(crate) fn table(reports: &[Report]) -> Table {
+    let mut table =
+        Table::new(std::iter::once(String::new()).chain(reports.iter().map(|report| report.case.head())));
+    let mut row = |label: &str, cell: &dyn Fn(&Report) -> String| table.row(label, reports.iter().map(cell));
+    let estimate = |value: Option<Estimate>| value.map_or("too short".into(), |value| value.to_string());
+
+    row("centre of mass h_c, simulation", &|report| estimate(report.center_of_mass));
+    row("centre of mass, Carnahan-Starling theory", &|report| {
+        format!("{:.3}", report.center_of_mass_theory)
+    });
+    row("drift of h_c, second half minus first", &|report| estimate(report.drift));
+    let low = format!("packing fraction below {BULK_BEGINS} d, simulation");
+    row(&low, &|report| format!("{:.4}", report.low_packing_fraction));
+    row("  the same, theory", &|report| format!("{:.4}", report.low_packing_fraction_theory));
+    row("packing fraction at the base, theory", &|report| {
+        format!("{:.4}", report.base_packing_fraction_theory)
+    });
+    row("acceptance of trial moves", &|report| format!("{:.4}", report.production.acceptance()));
+    row("bins in the bulk", &|report| report.bulk().count().to_string());
+    for (name, comparison) in [
+        ("Carnahan-Starling", Report::from_carnahan_starling as fn(&Report) -> Comparison),
+        ("modified KLM", Report::from_modified_kolafa),
+    ] {
+        row(&format!("P against {name}: rms"), &|report| percent(comparison(report).rms));
+        row("  rms expected of noise alone", &|report| percent(comparison(report).rms_of_noise));
+        row("  largest deviation", &|report| {
+            let largest = comparison(report).largest;
+            format!("{} %", Estimate::new(100.0 * largest.mean, 100.0 * largest.standard_error))
+        });
+        row("  in standard errors, at packing fraction", &|report| {
+            let Comparison { largest, largest_at, .. } = comparison(report);
+            format!("{:.1} at {largest_at:.3}", largest.deviation_from(0.0).abs())
+        });
+    }
+    row("  largest expected of noise, standard errors", &|report| {
+        format!("{:.1}", largest_of_noise(report.bulk().count()))
+    });
+    row("paper's σ of P, eq. (32): mean, largest", &|report| {
+        report.scatter.map_or("one run".into(), |range| {
+            format!("{}, {}", percent(range.mean), percent(range.largest))
+        })
+    });
+    row("  runs it is taken over", &|report| report.runs.to_string());
+    row("paper's δ from CS, eq. (33): mean, largest", &|report| {
+        format!("{}, {}", percent(report.deviation.mean), percent(report.deviation.largest))
+    });
+    row("trial moves, millions", &|report| format!("{:.0}", report.total.trials as f64 / 1e6));
+    row("trial moves per second and core, millions", &|report| {
+        format!("{:.2}", report.moves_per_second() / 1e6)
+    });
+    row("processor time", &|report| format!("{:.1} s", report.busy.as_secs_f64()));
+    table
+}
+
+fn percent(fraction: f64) -> String {
+    format!("{:.3} %", 100.0 * fraction)
+}
+
+/// Median of the largest of so many magnitudes of independent normal numbers.
+fn largest_of_noise(count: usize) -> f64 {
+    let each = 0.5f64.powf(1.0 / count.max(1) as f64);
+    Normal::standard().inverse_cdf(f64::midpoint(1.0, each))
+}
+
+/// What the table means, and what it does not prove.
+pub(crate) fn remarks(protocol: &Protocol, reports: &[Report], threads: usize, elapsed: Duration) -> String {
+    let runs = if protocol.intervals.len() > 1 {
+        "consecutive intervals of one simulation (Sec. III of the paper)"
+    } else {
+        "independent replicas (Sec. IV D of the paper)"
+    };
+    let mut text = format!(
+        "{:.0} s on {} threads. Bulk: x > {BULK_BEGINS} and n > {BULK_DENSITY}. Errors are one standard error, \
+         in brackets in units of the last digits;\n\
+         they see correlations no longer than the measurement. σ is over {runs}.\n\
+         The theory is local: it knows neither the wall nor the layers there, which lift a real column a little.\n",
+        elapsed.as_secs_f64(),
+        thread_count(threads),
+    );
+    if protocol.start == StartChoice::Theory {
+        let moves: u64 = reports.iter().map(|report| report.total.trials).sum();
+        let busy: f64 = reports.iter().map(|report| report.busy.as_secs_f64()).sum();
+        let sweeps = 2 * OTHER_SIDE_SWEEPS * protocol.replicas * reports.len() as u64;
+        let seconds =
+            OTHER_SIDE_PARTICLES as f64 * sweeps as f64 * busy / moves as f64 / thread_count(threads) as f64;
+        text.push_str(&format!(
+            "\nEvery replica started at the profile of theory, and a column forgets its start only over some ten\n\
+             thousand sweeps: h_c near theory proves nothing by itself, nor does a small drift. To see the steady\n\
+             state reached from above and from below, on a smaller base (about {} each):\n\n  \
+             cargo run --release --example three_cases -- --particles {OTHER_SIDE_PARTICLES} \
+             --equilibration {OTHER_SIDE_SWEEPS} --sweeps {OTHER_SIDE_SWEEPS} --start uniform --out out/from_above\n  \
+             cargo run --release --example three_cases -- --particles {OTHER_SIDE_PARTICLES} \
+             --equilibration {OTHER_SIDE_SWEEPS} --sweeps {OTHER_SIDE_SWEEPS} --start compact --out out/from_below\n",
+            in_words(Duration::from_secs_f64(seconds)),
+        ));
+    }
+    text
+}
+
+/// A base small enough to wait for the column to forget where it started.
+const OTHER_SIDE_PARTICLES: u64 = 1000;
+const OTHER_SIDE_SWEEPS: u64 = 100_000;

@@ -25,20 +25,22 @@ struct Arguments {
     #[command(flatten)]
     shared: SharedArguments,
     /// Temperature, in m g d
-    #[arg(long, default_value_t = 15.0)]
+    #[arg(long, default_value_t = 5.0)]
     temperature: f64,
     /// Spheres, on a base of 6 x 6
-    #[arg(long, default_value_t = 1440)]
+    #[arg(long, default_value_t = 360)]
     particles: usize,
     /// Sweeps measured in each of four replicas
-    #[arg(long, default_value_t = 10_000)]
+    #[arg(long, default_value_t = 40_000)]
     sweeps: u64,
     /// Sweeps before the measurement
-    #[arg(long, default_value_t = 1000)]
+    #[arg(long, default_value_t = 4000)]
     equilibration: u64,
 }
 
 const REPLICAS: u64 = 4;
+/// Height of the box: the lid is far above the column.
+const HEIGHT: f64 = 150.0;
 const BASE_WIDTH: f64 = 6.0;
 /// Thickness of a layer in diameters: thin against the decay of the density at the wall.
 const LAYER: f64 = 0.05;
@@ -104,7 +106,7 @@ fn main() -> ExitCode {
 fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let directory = arguments.shared.directory("custom_observer");
     output::create_directory(&directory)?;
-    let slab = Slab::new(400.0, BASE_WIDTH, BASE_WIDTH)?;
+    let slab = Slab::new(HEIGHT, BASE_WIDTH, BASE_WIDTH)?;
     let temperature = Isothermal::new(arguments.temperature)?;
     let scene = Scene::new(slab, arguments.particles, UniformField::default(), temperature)?;
 
@@ -112,7 +114,12 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let progress = Progress::new(REPLICAS * (arguments.equilibration + arguments.sweeps), "contact density");
     let seeds = (0..REPLICAS).map(|replica| arguments.shared.seed.wrapping_add(replica)).collect();
     let measured = replicas::in_parallel(arguments.shared.threads, seeds, |seed| {
-        let mut simulation = Simulation::builder(scene).start(start::Theory).seed(seed).build()?;
+        let mut simulation = Simulation::builder(scene)
+            .start(start::Theory)
+            // Shorter trial moves than usual: the layers at the base are dense.
+            .maximum_displacement(0.3)
+            .seed(seed)
+            .build()?;
         let mut layers = LayersAtBase::new(&slab)?;
         replicas::in_chunks(arguments.equilibration, &interrupt, &progress, |sweeps| {
             simulation.equilibrate(sweeps, &mut ())

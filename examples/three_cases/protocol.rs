@@ -21,11 +21,11 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, default_value_t = SchemeChoice::SelfConsistent)]
     pub(crate) scheme: SchemeChoice,
 
-    /// Sweeps measured in every replica [default: 1600; with --paper: 500000]
+    /// Sweeps measured in every replica [default: 2000; with --paper: 500000]
     #[arg(long)]
     pub(crate) sweeps: Option<u64>,
 
-    /// Sweeps before the measurement [default: 600; with --paper: 500000]
+    /// Sweeps before the measurement [default: 500; with --paper: 500000]
     #[arg(long)]
     pub(crate) equilibration: Option<u64>,
 
@@ -37,7 +37,7 @@ pub(crate) struct Arguments {
     #[arg(long)]
     pub(crate) replicas: Option<u64>,
 
-    /// Height of the bins in diameters [default: 0.25; with --paper: 0.1]
+    /// Height of the bins in diameters [default: 0.5; with --paper: 0.1]
     #[arg(long)]
     pub(crate) bin_width: Option<f64>,
 
@@ -93,7 +93,7 @@ impl Protocol {
 
     pub(crate) fn new(arguments: &Arguments) -> Result<Self, Failure> {
         let choose = |given: Option<u64>, paper, usual| given.unwrap_or(if arguments.paper { paper } else { usual });
-        let sweeps = choose(arguments.sweeps, 500_000, 1600);
+        let sweeps = choose(arguments.sweeps, 500_000, 2000);
         let count = if arguments.paper { 5 } else { 1 };
         let replicas = choose(arguments.replicas, 1, 4);
         if replicas == 0 {
@@ -105,9 +105,9 @@ impl Protocol {
             scheme: arguments.scheme,
             particles: arguments.particles,
             replicas,
-            equilibration: choose(arguments.equilibration, 500_000, 600),
+            equilibration: choose(arguments.equilibration, 500_000, 500),
             intervals: (0..count).map(|k| sweeps * (k + 1) / count - sweeps * k / count).collect(),
-            bin_width: arguments.bin_width.unwrap_or(if arguments.paper { 0.1 } else { 0.25 }),
+            bin_width: arguments.bin_width.unwrap_or(if arguments.paper { 0.1 } else { 0.5 }),
             seed: arguments.shared.seed,
         })
     }

@@ -48,7 +48,8 @@ impl Bin {
 /// Deviations from one equation of state over the bulk, as fractions.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Comparison {
-    pub(crate) rms: f64,
+    /// Its error takes bins as independent.
+    pub(crate) rms: Estimate,
     /// The rms that the error bars alone would give if the equation of state were exact.
     pub(crate) rms_of_noise: f64,
     /// The deviation of largest magnitude, with its own error bar.
@@ -59,18 +60,23 @@ pub(crate) struct Comparison {
 
 impl Comparison {
     fn new(points: impl Iterator<Item = (f64, Estimate)>) -> Self {
-        let (mut squares, mut variances, mut bins) = (0.0, 0.0, 0);
+        let (mut squares, mut noise, mut spread, mut count) = (0.0, 0.0, 0.0, 0.0);
         let (mut largest, mut largest_at) = (Estimate::new(0.0, 0.0), f64::NAN);
         for (packing_fraction, deviation) in points {
-            squares += deviation.mean * deviation.mean;
-            variances += deviation.standard_error * deviation.standard_error;
-            bins += 1;
+            let square = deviation.mean * deviation.mean;
+            let variance = deviation.standard_error * deviation.standard_error;
+            squares += square;
+            noise += variance;
+            // Variance of the square of a normal number of mean μ: 2σ⁴ + 4μ²σ².
+            spread += variance * (2.0 * variance + 4.0 * (square - variance).max(0.0));
+            count += 1.0;
             if deviation.mean.abs() > largest.mean.abs() {
                 (largest, largest_at) = (deviation, packing_fraction);
             }
         }
-        let root_mean = |sum: f64| (sum / bins as f64).sqrt();
-        Self { rms: root_mean(squares), rms_of_noise: root_mean(variances), largest, largest_at }
+        let rms = (squares / count).sqrt();
+        let rms = Estimate::new(rms, spread.sqrt() / (2.0 * count * rms));
+        Self { rms, rms_of_noise: (noise / count).sqrt(), largest, largest_at }
     }
 }
 

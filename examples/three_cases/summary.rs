@@ -33,11 +33,12 @@ pub(crate) fn table(reports: &[Report]) -> Table {
         ("Carnahan-Starling", Report::from_carnahan_starling as fn(&Report) -> Comparison),
         ("modified KLM", Report::from_modified_kolafa),
     ] {
-        row(&format!("P against {name}: rms"), &|report| percent(comparison(report).rms));
+        row(&format!("P against {name}: rms"), &|report| {
+            in_percent(comparison(report).rms)
+        });
         row("  rms expected of noise alone", &|report| percent(comparison(report).rms_of_noise));
         row("  largest deviation", &|report| {
-            let largest = comparison(report).largest;
-            format!("{} %", Estimate::new(100.0 * largest.mean, 100.0 * largest.standard_error))
+            in_percent(comparison(report).largest)
         });
         row("  in standard errors, at packing fraction", &|report| {
             let Comparison { largest, largest_at, .. } = comparison(report);
@@ -62,6 +63,10 @@ pub(crate) fn table(reports: &[Report]) -> Table {
     });
     row("processor time", &|report| format!("{:.1} s", report.busy.as_secs_f64()));
     table
+}
+
+fn in_percent(fraction: Estimate) -> String {
+    format!("{} %", Estimate::new(100.0 * fraction.mean, 100.0 * fraction.standard_error))
 }
 
 fn percent(fraction: f64) -> String {
@@ -89,6 +94,18 @@ pub(crate) fn remarks(protocol: &Protocol, reports: &[Report], threads: usize, e
         elapsed.as_secs_f64(),
         thread_count(threads),
     );
+    for report in reports {
+        let Some(drift) = report.drift else { continue };
+        let sigmas = drift.deviation_from(0.0);
+        if sigmas.abs() > DRIFT_TOLERANCE {
+            text.push_str(&format!(
+                "{}: h_c drifts by {drift}, {:.0} standard errors: not yet steady, and the error of h_c is too \
+                 small.\n",
+                report.case.head(),
+                sigmas.abs()
+            ));
+        }
+    }
     if protocol.start == StartChoice::Theory {
         let moves: u64 = reports.iter().map(|report| report.total.trials).sum();
         let busy: f64 = reports.iter().map(|report| report.busy.as_secs_f64()).sum();
@@ -109,6 +126,8 @@ pub(crate) fn remarks(protocol: &Protocol, reports: &[Report], threads: usize, e
     text
 }
 
+/// A drift of more standard errors than this is no accident.
+const DRIFT_TOLERANCE: f64 = 3.0;
 /// A base small enough to wait for the column to forget where it started.
 const OTHER_SIDE_PARTICLES: u64 = 1000;
 const OTHER_SIDE_SWEEPS: u64 = 100_000;

@@ -43,6 +43,9 @@ impl LocalMoves {
     }
 
     /// One sweep: as many trials as there are spheres.
+    ///
+    /// Fails where the potential is not a number, which a probe of finitely many heights can miss; the
+    /// configuration stays valid.
     pub(crate) fn sweep<F, T, D: Drive<F, T>, O: Observer + ?Sized>(
         self,
         scene: &Scene<F, T>,
@@ -51,12 +54,13 @@ impl LocalMoves {
         generator: &mut Generator,
         observer: &mut O,
         tally: &mut Tally,
-    ) {
+    ) -> Result<(), Error> {
         let slab = *configuration.slab();
         let [width_y, width_z] = slab.widths();
         let particles = configuration.len();
-        let mut accepted = 0;
-        for _ in 0..particles {
+        let (mut trials, mut accepted) = (particles, 0);
+        let mut outcome = Ok(());
+        for trial_number in 1..=particles {
             let sphere = index(generator, particles);
             let [dx, dy, dz] = [0; 3].map(|_| self.maximum_displacement * symmetric(generator));
             let [x, y, z] = configuration.position(sphere);
@@ -69,14 +73,23 @@ impl LocalMoves {
                 continue;
             }
             let exponent = log_acceptance(drive, scene, x, height);
-            if exponent < 0.0 && unit(generator) >= libm::exp(exponent) {
+            // In this form a NaN is not accepted.
+            let passed = exponent >= 0.0 || unit(generator) < libm::exp(exponent);
+            if !passed {
+                if exponent.is_nan() {
+                    let potential = drive.reduced_potential(scene, height);
+                    outcome = Err(Error::InvalidPotential { height, potential });
+                    trials = trial_number;
+                    break;
+                }
                 continue;
             }
             configuration.relocate(sphere, trial);
             observer.record_move(&AcceptedMove { from_height: x, displacement: Vector3::new(dx, dy, dz) });
             accepted += 1;
         }
-        tally.trials += particles as u64;
+        tally.trials += trials as u64;
         tally.accepted += accepted;
+        outcome
     }
 }

@@ -192,5 +192,7 @@ fn write(
         Mark::Points,
         [Point { x: 0.5, y: contact.mean, error: contact.standard_error }],
     );
-    Figure::new("Spheres that touch the base carry the whole column").panel(panel).save(&directory.join("layers"))
+    Figure::new("Spheres that touch the base carry the whole column")
+        .panel(panel)
+        .save(&directory.join("layers"))
 }

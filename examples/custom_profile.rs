@@ -153,7 +153,8 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         replicas::in_chunks(arguments.equilibration, &interrupt, &progress, |sweeps| {
             simulation.equilibrate(sweeps, &mut ())
         })?;
-        let mut observers = Every::new(5, (EquationOfStateProfile::new(&slab, bins(&slab))?, CenterOfMass::new()));
+        let mut observers =
+            Every::new(5, (EquationOfStateProfile::new(&slab, bins(&slab))?, CenterOfMass::new()));
         replicas::in_chunks(arguments.sweeps, &interrupt, &progress, |sweeps| {
             simulation.run(sweeps, &mut observers)
         })?;
@@ -257,7 +258,8 @@ impl Verdict {
         let (mut means, mut rises) = (Vec::new(), Vec::new());
         for replica in replicas {
             let points = replica.profile.points()?;
-            let (mean, rise) = straight_line(flow.bulk(&points).map(|point| (point.height, point.packing_fraction.mean)));
+            let (mean, rise) =
+                straight_line(flow.bulk(&points).map(|point| (point.height, point.packing_fraction.mean)));
             means.push(mean);
             rises.push(rise);
         }
@@ -272,7 +274,8 @@ impl Verdict {
                 (departure, departure_height) = (relative, point.height);
             }
         }
-        let bottom_to_top = [MARGIN, flow.depth - MARGIN].map(|height| flow.isothermal.packing_fraction(height));
+        let bottom_to_top =
+            [MARGIN, flow.depth - MARGIN].map(|height| flow.isothermal.packing_fraction(height));
         Ok(Self {
             wanted: flow.wanted,
             mean: over_replicas(&means),
@@ -301,13 +304,17 @@ impl Verdict {
 
 impl fmt::Display for Verdict {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let Self { wanted, mean, rise, departure, departure_height, center_of_mass: [gas, crystal], .. } = self;
+        let Self { wanted, mean, rise, departure, departure_height, center_of_mass: [gas, crystal], .. } =
+            self;
         let percent = Estimate::new(100.0 * departure.mean, 100.0 * departure.standard_error);
         writeln!(formatter, "packing fraction wanted                    {wanted}")?;
         writeln!(formatter, "mean over the bulk, simulation             {mean}")?;
         writeln!(formatter, "rise from bottom to top of the bulk        {rise}")?;
         writeln!(formatter, "  the same spheres isothermal, theory      {:+.4}", self.isothermal_rise)?;
-        writeln!(formatter, "largest departure of any bin               {percent} % at height {departure_height}")?;
+        writeln!(
+            formatter,
+            "largest departure of any bin               {percent} % at height {departure_height}"
+        )?;
         writeln!(formatter, "centre of mass, started as a dilute gas    {gas}")?;
         writeln!(formatter, "centre of mass, started as a crystal       {crystal}")?;
         let limit = 100.0 * UNIFORMITY;

@@ -276,3 +276,6 @@ impl CellList {
         self.places[sphere as usize] = place;
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -19,8 +19,7 @@ impl Measured {
         let count = values.len() as f64;
         let mean = values.iter().sum::<f64>() / count;
         let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
-        let error =
-            if values.len() > 1 { (squares / (count * (count - 1.0))).sqrt() } else { f64::INFINITY };
+        let error = if values.len() > 1 { (squares / (count * (count - 1.0))).sqrt() } else { f64::INFINITY };
         Self { value: mean, error }
     }
 

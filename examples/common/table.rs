@@ -30,8 +30,7 @@ impl fmt::Display for Table {
         for (index, row) in self.rows.iter().enumerate() {
             let mut line = String::new();
             for (column, (cell, width)) in row.iter().zip(&widths).enumerate() {
-                let cell =
-                    if column == 0 { format!("{cell:<width$}") } else { format!("   {cell:>width$}") };
+                let cell = if column == 0 { format!("{cell:<width$}") } else { format!("   {cell:>width$}") };
                 line.push_str(&cell);
             }
             writeln!(formatter, "{}", line.trim_end())?;

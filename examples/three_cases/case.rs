@@ -111,9 +111,14 @@ impl Case {
                     SchemeChoice::SelfConsistent => {
                         simulate(scene, SelfConsistent::default(), protocol, seed, interrupt, progress)
                     }
-                    SchemeChoice::Closure => {
-                        simulate(scene, EquationOfStateClosure::default(), protocol, seed, interrupt, progress)
-                    }
+                    SchemeChoice::Closure => simulate(
+                        scene,
+                        EquationOfStateClosure::default(),
+                        protocol,
+                        seed,
+                        interrupt,
+                        progress,
+                    ),
                     SchemeChoice::Instantaneous => {
                         simulate(scene, Instantaneous::default(), protocol, seed, interrupt, progress)
                     }

@@ -12,7 +12,12 @@ const LAYERS: f64 = 6.0;
 
 /// Draws `<path>.svg` and `<path>.png`.
 pub(crate) fn draw(report: &Report, path: &Path) -> Result<(), Failure> {
-    let title = format!("{}   (N = {}, N/A = {})", report.case.title(), report.particles, super::Protocol::COLUMN_DENSITY);
+    let title = format!(
+        "{}   (N = {}, N/A = {})",
+        report.case.title(),
+        report.particles,
+        super::Protocol::COLUMN_DENSITY
+    );
     Figure::new(&title)
         .panel(profile(report))
         .panel(layers(report))
@@ -63,7 +68,8 @@ fn layers(report: &Report) -> Panel {
 fn equation_of_state(report: &Report) -> Panel {
     let place = Place { left: 0.5, top: 0.07, width: 0.5, height: 0.56 };
     let densest = densest(report);
-    let at = |equation: &dyn EquationOfState, eta: f64| number_density(eta) * equation.compressibility_factor(eta);
+    let at =
+        |equation: &dyn EquationOfState, eta: f64| number_density(eta) * equation.compressibility_factor(eta);
     let curve = |equation: &'static dyn EquationOfState| {
         (0..=400).map(move |step| f64::from(step) / 400.0 * densest).map(move |eta| (eta, at(equation, eta)))
     };
@@ -109,8 +115,7 @@ fn deviation(report: &Report) -> Panel {
     let typical = sizes.get(sizes.len() * 19 / 20).copied().unwrap_or(1.0);
     let range = round_up(1.5 * typical, 0.5);
     let curve = (1..=400).map(|step| f64::from(step) / 400.0 * densest).map(|eta| {
-        let ratio =
-            ModifiedKolafa.compressibility_factor(eta) / CarnahanStarling.compressibility_factor(eta);
+        let ratio = ModifiedKolafa.compressibility_factor(eta) / CarnahanStarling.compressibility_factor(eta);
         (eta, 100.0 * (ratio - 1.0))
     });
     Panel::new(

@@ -21,7 +21,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, default_value_t = SchemeChoice::SelfConsistent)]
     pub(crate) scheme: SchemeChoice,
 
-    /// Sweeps measured in every replica [default: 2000; with --paper: 500000]
+    /// Sweeps measured in every replica [default: 1500; with --paper: 500000]
     #[arg(long)]
     pub(crate) sweeps: Option<u64>,
 
@@ -92,8 +92,9 @@ impl Protocol {
     pub(crate) const MAXIMUM_DISPLACEMENT: f64 = 0.75;
 
     pub(crate) fn new(arguments: &Arguments) -> Result<Self, Failure> {
-        let choose = |given: Option<u64>, paper, usual| given.unwrap_or(if arguments.paper { paper } else { usual });
-        let sweeps = choose(arguments.sweeps, 500_000, 2000);
+        let choose =
+            |given: Option<u64>, paper, usual| given.unwrap_or(if arguments.paper { paper } else { usual });
+        let sweeps = choose(arguments.sweeps, 500_000, 1500);
         let count = if arguments.paper { 5 } else { 1 };
         let replicas = choose(arguments.replicas, 1, 4);
         if replicas == 0 {

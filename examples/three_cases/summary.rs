@@ -17,9 +17,7 @@ pub(crate) fn table(reports: &[Report]) -> Table {
     let estimate = |value: Option<Estimate>| value.map_or("too short".into(), |value| value.to_string());
 
     row("centre of mass h_c, simulation", &|report| estimate(report.center_of_mass));
-    row("centre of mass, Carnahan-Starling theory", &|report| {
-        format!("{:.3}", report.center_of_mass_theory)
-    });
+    row("centre of mass, Carnahan-Starling theory", &|report| format!("{:.3}", report.center_of_mass_theory));
     row("drift of h_c, second half minus first", &|report| estimate(report.drift));
     let low = format!("packing fraction below {BULK_BEGINS} d, simulation");
     row(&low, &|report| format!("{:.4}", report.low_packing_fraction));
@@ -33,13 +31,9 @@ pub(crate) fn table(reports: &[Report]) -> Table {
         ("Carnahan-Starling", Report::from_carnahan_starling as fn(&Report) -> Comparison),
         ("modified KLM", Report::from_modified_kolafa),
     ] {
-        row(&format!("P against {name}: rms"), &|report| {
-            in_percent(comparison(report).rms)
-        });
+        row(&format!("P against {name}: rms"), &|report| in_percent(comparison(report).rms));
         row("  rms expected of noise alone", &|report| percent(comparison(report).rms_of_noise));
-        row("  largest deviation", &|report| {
-            in_percent(comparison(report).largest)
-        });
+        row("  largest deviation", &|report| in_percent(comparison(report).largest));
         row("  in standard errors, at packing fraction", &|report| {
             let Comparison { largest, largest_at, .. } = comparison(report);
             format!("{:.1} at {largest_at:.3}", largest.deviation_from(0.0).abs())
@@ -49,9 +43,9 @@ pub(crate) fn table(reports: &[Report]) -> Table {
         format!("{:.1}", largest_of_noise(report.bulk().count()))
     });
     row("paper's σ of P, eq. (32): mean, largest", &|report| {
-        report.scatter.map_or("one run".into(), |range| {
-            format!("{}, {}", percent(range.mean), percent(range.largest))
-        })
+        report
+            .scatter
+            .map_or("one run".into(), |range| format!("{}, {}", percent(range.mean), percent(range.largest)))
     });
     row("  runs it is taken over", &|report| report.runs.to_string());
     row("paper's δ from CS, eq. (33): mean, largest", &|report| {

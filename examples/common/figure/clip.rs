@@ -32,6 +32,14 @@ fn segment(
             leave = f64::min(leave, room / rise);
         }
     }
-    let at = |t: f64| if t == 0.0 { (x0, y0) } else if t == 1.0 { (x1, y1) } else { (x0 + t * dx, y0 + t * dy) };
+    let at = |t: f64| {
+        if t == 0.0 {
+            (x0, y0)
+        } else if t == 1.0 {
+            (x1, y1)
+        } else {
+            (x0 + t * dx, y0 + t * dy)
+        }
+    };
     (enter < leave).then(|| (at(enter), at(leave)))
 }

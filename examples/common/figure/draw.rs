@@ -63,10 +63,8 @@ pub(super) fn figure<DB: DrawingBackend>(
     .map_err(explain)?;
     for panel in &figure.panels {
         let place = panel.place;
-        let corner =
-            (pen.offset(place.left * f64::from(width)), pen.offset(place.top * f64::from(height)));
-        let size =
-            (pen.pixels(place.width * f64::from(width)), pen.pixels(place.height * f64::from(height)));
+        let corner = (pen.offset(place.left * f64::from(width)), pen.offset(place.top * f64::from(height)));
+        let size = (pen.pixels(place.width * f64::from(width)), pen.pixels(place.height * f64::from(height)));
         draw_panel(panel, &root.clone().shrink(corner, size), pen)?;
     }
     Ok(())
@@ -85,7 +83,8 @@ fn draw_panel<DB: DrawingBackend>(panel: &Panel, area: &Area<DB>, pen: Pen) -> R
         .y_label_area_size(pen.pixels(4.6 * letters))
         .build_cartesian_2d(panel.x.low..panel.x.high, panel.y.low..panel.y.high)
         .map_err(explain)?;
-    let x_number = |value: &f64| if panel.without_x_labels { String::new() } else { number(*value, &panel.x) };
+    let x_number =
+        |value: &f64| if panel.without_x_labels { String::new() } else { number(*value, &panel.x) };
     let y_number = |value: &f64| number(*value, &panel.y);
     chart
         .configure_mesh()
@@ -276,8 +275,12 @@ fn draw_legend<DB: DrawingBackend>(
         mark.draw_line(vec![(left, middle), (left + sample, middle)], area)?;
         let (center, bar) = (left + sample / 2, pen.offset(9.0));
         mark.draw_point((center, middle), [(center, middle - bar), (center, middle + bar)], area)?;
-        area.draw(&Text::new(series.label.clone(), (left + sample + pen.offset(10.0), middle), style.clone()))
-            .map_err(explain)?;
+        area.draw(&Text::new(
+            series.label.clone(),
+            (left + sample + pen.offset(10.0), middle),
+            style.clone(),
+        ))
+        .map_err(explain)?;
         middle += row;
     }
     Ok(())

@@ -214,7 +214,8 @@ impl Figure {
         let reduced = reduce(&pixels, self.size);
         let root = BitMapBackend::new(path, self.size).into_drawing_area();
         let image: BitMapElement<'_, (i32, i32)> =
-            BitMapElement::with_owned_buffer((0, 0), self.size, reduced).ok_or("the picture has no pixels")?;
+            BitMapElement::with_owned_buffer((0, 0), self.size, reduced)
+                .ok_or("the picture has no pixels")?;
         root.draw(&image).map_err(|error| error.to_string())?;
         root.present().map_err(|error| format!("cannot write {}: {error}", path.display()).into())
     }

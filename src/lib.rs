@@ -1,4 +1,35 @@
-//! Gradient Monte Carlo (draft page).
+//! Monte Carlo of hard spheres in a tall slab whose gravity and temperature vary with height: one run
+//! yields a whole equation of state (Mehrotra, Puri and Khakhar, doi:10.1103/PhysRevE.83.061306).
+//!
+//! ```
+//! use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
+//! use gradient_mc::observers::EquationOfStateProfile;
+//! use gradient_mc::{Every, Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+//!
+//! let slab = Slab::new(60.0, 6.0, 6.0)?;
+//! let scene = Scene::new(slab, 360, UniformField::default(), Isothermal::new(5.0)?)?;
+//! let mut simulation = Simulation::builder(scene).seed(1).build()?;
+//! let mut profile = Every::new(5, EquationOfStateProfile::new(&slab, 60)?);
+//! simulation.equilibrate(200, &mut ())?;
+//! simulation.run(400, &mut profile)?;
+//! for point in profile.observer.deviations_from(|eta| ModifiedKolafa.compressibility_factor(eta))? {
+//!     println!("{:5.1}  {}  {}", point.height, point.packing_fraction, point.deviation);
+//! }
+//! # Ok::<(), gradient_mc::Error>(())
+//! ```
+//!
+//! Units: sphere diameter, mass, g and Boltzmann's constant are 1, so temperature is in m g d.
+//!
+//! A [`Scene`] is a [`Slab`], a number of spheres, a [`Field`] and a [`TemperatureProfile`]. A
+//! [`Simulation`] moves them as its [`drive`] says, and [`Observer`]s look. [`hydrostatics`] is the
+//! theory of the same scene for any [`EquationOfState`]. Each of the four traits has one required
+//! method.
+//!
+//! # Limits
+//! Equal hard spheres; at most 10⁸ cubic diameters; local moves, which relax a column of 40 spheres
+//! per area only in some 10⁴ sweeps; and a self-consistent field that has to be checked
+//! (`docs/physics.md`, "Limits known").
+
 #![warn(
     missing_docs,
     clippy::unwrap_used,
@@ -39,3 +70,8 @@ pub use scene::Scene;
 pub use simulation::{Simulation, SimulationBuilder};
 pub use slab::Slab;
 pub use temperature::TemperatureProfile;
+
+/// The code of README.md, compiled.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

@@ -40,7 +40,7 @@ fn replicate(replica: impl Fn(u64) -> Vec<f64>) -> Vec<(f64, f64)> {
     (0..runs[0].len())
         .map(|item| {
             let mean = runs.iter().map(|run| run[item]).sum::<f64>() / REPLICAS as f64;
-            let square = runs.iter().map(|run| (run[item] - mean).powi(2)).sum::<f64>();
+            let square = runs.iter().map(|run| (run[item] - mean) * (run[item] - mean)).sum::<f64>();
             (mean, (square / (REPLICAS * (REPLICAS - 1)) as f64).sqrt())
         })
         .collect()

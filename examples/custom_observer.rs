@@ -82,7 +82,7 @@ impl LayersAtBase {
 impl Observer for LayersAtBase {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         let (expected, found) = (self.base_area, frame.slab().base_area());
-        if found != expected {
+        if (found - expected).abs() > 0.0 {
             return Err(LayerError::AnotherSlab { expected, found }.into());
         }
         let weight = 1.0 / (self.base_area * LAYER);

@@ -60,7 +60,7 @@ fn layers(report: &Report) -> Panel {
         Axis::new("x / d, at the base", 0.0, LAYERS).with_numbers(6),
         Axis::new("n d³", 0.0, round_up(1.05 * highest, 0.5)).with_numbers(4),
     )
-    .as_inset()
+    .into_inset()
     .line("", colors::VERMILION, Mark::Line, theory(report))
     .points("", colors::INK, Mark::Dots, bins.map(density_point))
 }
@@ -109,7 +109,7 @@ fn deviation(report: &Report) -> Panel {
     let place = Place { left: 0.5, top: 0.645, width: 0.5, height: 0.355 };
     let densest = densest(report);
     let mut sizes: Vec<f64> =
-        report.bulk().map(|bin| 100.0 * bin.from_carnahan_starling.mean.abs()).collect();
+        report.bulk().map(|bin| 100.0 * bin.against_carnahan_starling.mean.abs()).collect();
     sizes.sort_by(f64::total_cmp);
     // Nineteen of twenty points within two thirds of the panel.
     let typical = sizes.get(sizes.len() * 19 / 20).copied().unwrap_or(1.0);
@@ -129,8 +129,8 @@ fn deviation(report: &Report) -> Panel {
         Mark::Dots,
         report.bulk().map(|bin| Point {
             x: bin.packing_fraction(),
-            y: 100.0 * bin.from_carnahan_starling.mean,
-            error: 100.0 * bin.from_carnahan_starling.standard_error,
+            y: 100.0 * bin.against_carnahan_starling.mean,
+            error: 100.0 * bin.against_carnahan_starling.standard_error,
         }),
     )
     .line("", colors::VERMILION, Mark::Line, [(0.0, 0.0), (densest, 0.0)])

@@ -26,9 +26,9 @@ pub(crate) struct Bin {
     pub(crate) pressure: Estimate,
     pub(crate) temperature: f64,
     /// P/(n T Z(η)) − 1 for the Z of Carnahan and Starling at the measured density.
-    pub(crate) from_carnahan_starling: Estimate,
+    pub(crate) against_carnahan_starling: Estimate,
     /// The same for the modified Kolafa-Labík-Malijevský equation.
-    pub(crate) from_modified_kolafa: Estimate,
+    pub(crate) against_modified_kolafa: Estimate,
     /// Hydrostatics with Carnahan-Starling.
     pub(crate) number_density_theory: f64,
     pub(crate) pressure_theory: f64,
@@ -140,21 +140,21 @@ impl Report {
         let theory = Hydrostatics::new(&field, &temperature, &CarnahanStarling)
             .lid(Protocol::HEIGHT)
             .column_density(Protocol::COLUMN_DENSITY)?;
-        let from_carnahan_starling =
+        let against_carnahan_starling =
             pooled.deviations_from(|eta| CarnahanStarling.compressibility_factor(eta))?;
-        let from_modified_kolafa =
+        let against_modified_kolafa =
             pooled.deviations_from(|eta| ModifiedKolafa.compressibility_factor(eta))?;
         let bins: Vec<Bin> = pooled
             .points()?
             .iter()
-            .zip(from_carnahan_starling.iter().zip(&from_modified_kolafa))
+            .zip(against_carnahan_starling.iter().zip(&against_modified_kolafa))
             .map(|(point, (carnahan_starling, modified_kolafa))| Bin {
                 height: point.height,
                 number_density: point.number_density,
                 pressure: point.pressure,
                 temperature: point.temperature,
-                from_carnahan_starling: carnahan_starling.deviation,
-                from_modified_kolafa: modified_kolafa.deviation,
+                against_carnahan_starling: carnahan_starling.deviation,
+                against_modified_kolafa: modified_kolafa.deviation,
                 number_density_theory: theory.number_density(point.height),
                 pressure_theory: theory.pressure(point.height),
             })
@@ -166,7 +166,7 @@ impl Report {
         };
         let bulk = || bins.iter().filter(|bin| bin.is_bulk());
         let deviation =
-            Range::of(bulk().map(|bin| deviations::deviation(1.0 + bin.from_carnahan_starling.mean, 1.0)));
+            Range::of(bulk().map(|bin| deviations::deviation(1.0 + bin.against_carnahan_starling.mean, 1.0)));
         Ok(Self {
             case,
             particles: protocol.particles,
@@ -191,12 +191,12 @@ impl Report {
         self.bins.iter().filter(|bin| bin.is_bulk())
     }
 
-    pub(crate) fn from_carnahan_starling(&self) -> Comparison {
-        Comparison::new(self.bulk().map(|bin| (bin.packing_fraction(), bin.from_carnahan_starling)))
+    pub(crate) fn against_carnahan_starling(&self) -> Comparison {
+        Comparison::new(self.bulk().map(|bin| (bin.packing_fraction(), bin.against_carnahan_starling)))
     }
 
-    pub(crate) fn from_modified_kolafa(&self) -> Comparison {
-        Comparison::new(self.bulk().map(|bin| (bin.packing_fraction(), bin.from_modified_kolafa)))
+    pub(crate) fn against_modified_kolafa(&self) -> Comparison {
+        Comparison::new(self.bulk().map(|bin| (bin.packing_fraction(), bin.against_modified_kolafa)))
     }
 
     /// Trial moves per second on one core.

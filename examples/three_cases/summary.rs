@@ -28,8 +28,8 @@ pub(crate) fn table(reports: &[Report]) -> Table {
     row("acceptance of trial moves", &|report| format!("{:.4}", report.production.acceptance()));
     row("bins in the bulk", &|report| report.bulk().count().to_string());
     for (name, comparison) in [
-        ("Carnahan-Starling", Report::from_carnahan_starling as fn(&Report) -> Comparison),
-        ("modified KLM", Report::from_modified_kolafa),
+        ("Carnahan-Starling", Report::against_carnahan_starling as fn(&Report) -> Comparison),
+        ("modified KLM", Report::against_modified_kolafa),
     ] {
         row(&format!("P against {name}: rms"), &|report| in_percent(comparison(report).rms));
         row("  rms expected of noise alone", &|report| percent(comparison(report).rms_of_noise));
@@ -69,7 +69,7 @@ fn percent(fraction: f64) -> String {
 
 /// Median of the largest of so many magnitudes of independent normal numbers.
 fn largest_of_noise(count: usize) -> f64 {
-    let each = 0.5f64.powf(1.0 / count.max(1) as f64);
+    let each = libm::pow(0.5, 1.0 / count.max(1) as f64);
     Normal::standard().inverse_cdf(f64::midpoint(1.0, each))
 }
 

@@ -35,7 +35,7 @@ fn segment(
     let at = |t: f64| {
         if t == 0.0 {
             (x0, y0)
-        } else if t == 1.0 {
+        } else if t >= 1.0 {
             (x1, y1)
         } else {
             (x0 + t * dx, y0 + t * dy)

@@ -125,7 +125,7 @@ impl Panel {
     }
 
     /// Smaller letters on a white ground, for a panel within another.
-    pub(crate) fn as_inset(mut self) -> Self {
+    pub(crate) fn into_inset(mut self) -> Self {
         self.inset = true;
         self
     }

@@ -64,7 +64,7 @@ pub use error::Error;
 pub use field::Field;
 pub use hydrostatics::{HydrostaticProfile, Hydrostatics};
 pub use nalgebra::Vector3;
-pub use observer::{AcceptedMove, Every, Frame, Observer, ObserverError, Tally};
+pub use observer::{AcceptedMove, Collision, Every, Frame, Observer, ObserverError, Recorder, Tally};
 pub use random::Generator;
 pub use scene::Scene;
 pub use simulation::{Simulation, SimulationBuilder};

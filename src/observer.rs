@@ -82,14 +82,18 @@ impl<'a> Frame<'a> {
     }
 }
 
-/// Counts of trial moves and what became of them, since the simulation was built.
+/// Counts of moves and what became of them, since the simulation was built.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Tally {
-    /// Moves tried.
+    /// Local moves tried.
     pub trials: u64,
-    /// Moves accepted.
+    /// Local moves accepted.
     pub accepted: u64,
+    /// Event chains run to their full length.
+    pub chains: u64,
+    /// Events that ended a straight piece of an event chain: a collision, a wall, or the field.
+    pub events: u64,
 }
 
 impl Tally {
@@ -99,17 +103,25 @@ impl Tally {
         self.accepted as f64 / self.trials as f64
     }
 
+    /// Displacements of single spheres: accepted moves, and straight pieces of event chains.
+    #[must_use]
+    pub fn displacements(&self) -> u64 {
+        self.accepted + self.events + self.chains
+    }
+
     /// What was counted since an earlier tally of the same run; zero if it is not earlier.
     #[must_use]
     pub fn since(&self, earlier: &Self) -> Self {
         Self {
             trials: self.trials.saturating_sub(earlier.trials),
             accepted: self.accepted.saturating_sub(earlier.accepted),
+            chains: self.chains.saturating_sub(earlier.chains),
+            events: self.events.saturating_sub(earlier.events),
         }
     }
 }
 
-/// One accepted move.
+/// The displacement of one sphere: an accepted local move, or a straight piece of an event chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct AcceptedMove {
@@ -117,6 +129,32 @@ pub struct AcceptedMove {
     pub from_height: f64,
     /// Displacement, before periodic wrapping.
     pub displacement: Vector3<f64>,
+}
+
+/// Two spheres that touch where an event chain passes from one to the other.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Collision {
+    /// Axis along which the chain runs: 0 for x (vertical), 1 for y, 2 for z.
+    pub axis: usize,
+    /// Height of the sphere that stops.
+    pub from_height: f64,
+    /// Height of the sphere that goes on.
+    pub to_height: f64,
+    /// Distance from the first to the second along the chain's direction, positive and at most one diameter.
+    pub separation: f64,
+}
+
+/// Hears of every single move while a sweep is under way; see [`Observer::recorder`].
+pub trait Recorder {
+    /// A sphere was displaced.
+    fn record_move(&mut self, _accepted: &AcceptedMove) {}
+
+    /// An event chain went over from one sphere to another that it touched.
+    fn record_collision(&mut self, _collision: &Collision) {}
+
+    /// An event chain along `axis` (0 is vertical) has run its full length, in diameters.
+    fn record_chain(&mut self, _axis: usize, _length: f64) {}
 }
 
 /// Something that looks at the configuration after every sweep.
@@ -144,9 +182,11 @@ pub trait Observer {
     /// with the configuration intact.
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError>;
 
-    /// Called at every accepted move; the default does nothing and compiles to nothing.
-    #[inline]
-    fn record_move(&mut self, _accepted: &AcceptedMove) {}
+    /// What wants to hear of every single move, usually `Some(self)`; by default nothing, and then sweeps
+    /// report nothing.
+    fn recorder(&mut self) -> Option<&mut dyn Recorder> {
+        None
+    }
 }
 
 impl Observer for () {
@@ -159,9 +199,8 @@ impl<O: Observer + ?Sized> Observer for &mut O {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         (**self).observe(frame)
     }
-    #[inline]
-    fn record_move(&mut self, accepted: &AcceptedMove) {
-        (**self).record_move(accepted);
+    fn recorder(&mut self) -> Option<&mut dyn Recorder> {
+        (**self).recorder()
     }
 }
 
@@ -169,9 +208,8 @@ impl<O: Observer + ?Sized> Observer for Box<O> {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         (**self).observe(frame)
     }
-    #[inline]
-    fn record_move(&mut self, accepted: &AcceptedMove) {
-        (**self).record_move(accepted);
+    fn recorder(&mut self) -> Option<&mut dyn Recorder> {
+        (**self).recorder()
     }
 }
 
@@ -179,11 +217,8 @@ impl<O: Observer> Observer for Option<O> {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         self.as_mut().map_or(Ok(()), |observer| observer.observe(frame))
     }
-    #[inline]
-    fn record_move(&mut self, accepted: &AcceptedMove) {
-        if let Some(observer) = self {
-            observer.record_move(accepted);
-        }
+    fn recorder(&mut self) -> Option<&mut dyn Recorder> {
+        self.as_mut().and_then(Observer::recorder)
     }
 }
 
@@ -194,9 +229,25 @@ macro_rules! observe_tuple {
                 $(self.$index.observe(frame)?;)+
                 Ok(())
             }
-            #[inline]
+            fn recorder(&mut self) -> Option<&mut dyn Recorder> {
+                if $(self.$index.recorder().is_some())||+ { Some(self) } else { None }
+            }
+        }
+        impl<$($name: Observer),+> Recorder for ($($name,)+) {
             fn record_move(&mut self, accepted: &AcceptedMove) {
-                $(self.$index.record_move(accepted);)+
+                $(if let Some(recorder) = self.$index.recorder() {
+                    recorder.record_move(accepted);
+                })+
+            }
+            fn record_collision(&mut self, collision: &Collision) {
+                $(if let Some(recorder) = self.$index.recorder() {
+                    recorder.record_collision(collision);
+                })+
+            }
+            fn record_chain(&mut self, axis: usize, length: f64) {
+                $(if let Some(recorder) = self.$index.recorder() {
+                    recorder.record_chain(axis, length);
+                })+
             }
         }
     };
@@ -227,8 +278,7 @@ impl<O: Observer> Observer for Every<O> {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         if frame.sweep().is_multiple_of(self.interval) { self.observer.observe(frame) } else { Ok(()) }
     }
-    #[inline]
-    fn record_move(&mut self, accepted: &AcceptedMove) {
-        self.observer.record_move(accepted);
+    fn recorder(&mut self) -> Option<&mut dyn Recorder> {
+        self.observer.recorder()
     }
 }

@@ -21,8 +21,8 @@ use gradient_mc::hydrostatics::Hydrostatics;
 use gradient_mc::start::{Positions, Uniform};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{
-    AcceptedMove, Error, Field, Frame, Observer, ObserverError, Scene, Simulation, Slab, TemperatureProfile,
-    Vector3,
+    AcceptedMove, Error, Field, Frame, Observer, ObserverError, Recorder, Scene, Simulation, Slab,
+    TemperatureProfile, Vector3,
 };
 use proptest::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -382,6 +382,12 @@ impl Observer for Displacements {
     fn observe(&mut self, _: &Frame<'_>) -> Result<(), ObserverError> {
         Ok(())
     }
+    fn recorder(&mut self) -> Option<&mut dyn Recorder> {
+        Some(self)
+    }
+}
+
+impl Recorder for Displacements {
     fn record_move(&mut self, accepted: &AcceptedMove) {
         let [lowest, highest] = self.range;
         if accepted.from_height >= lowest && accepted.from_height <= highest {

@@ -60,6 +60,7 @@ impl LocalMoves {
         let [width_y, width_z] = slab.widths();
         let particles = configuration.len();
         let mut accepted = 0;
+        let mut recorder = observer.recorder();
         for _ in 0..particles {
             let sphere = index(generator, particles);
             let [dx, dy, dz] = [0; 3].map(|_| self.maximum_displacement * symmetric(generator));
@@ -81,7 +82,10 @@ impl LocalMoves {
                 continue;
             }
             configuration.relocate(sphere, trial);
-            observer.record_move(&AcceptedMove { from_height: x, displacement: Vector3::new(dx, dy, dz) });
+            if let Some(recorder) = &mut recorder {
+                let displacement = Vector3::new(dx, dy, dz);
+                recorder.record_move(&AcceptedMove { from_height: x, displacement });
+            }
             accepted += 1;
         }
         tally.trials += particles as u64;

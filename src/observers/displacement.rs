@@ -2,7 +2,7 @@
 
 use super::bins::{Bins, Place};
 use crate::statistics::{BlockAverages, Estimate};
-use crate::{AcceptedMove, Error, Frame, Observer, ObserverError, Slab};
+use crate::{AcceptedMove, Error, Frame, Observer, ObserverError, Recorder, Slab};
 
 /// How far spheres move, against the height at which a move begins.
 ///
@@ -112,7 +112,7 @@ fn finite_or_nan(ratio: f64) -> f64 {
 impl Observer for DisplacementProfile {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         self.bins.require_slab_of(frame)?;
-        let accepted = frame.tally().accepted;
+        let accepted = frame.tally().displacements();
         if let Some((start_sweep, start_accepted)) = self.start {
             let sweeps = frame.sweep().checked_sub(start_sweep).filter(|&sweeps| sweeps > 0);
             // Fewer recorded than the simulation counted: it ran without this observer in between.
@@ -135,7 +135,12 @@ impl Observer for DisplacementProfile {
         Ok(())
     }
 
-    #[inline]
+    fn recorder(&mut self) -> Option<&mut dyn Recorder> {
+        Some(self)
+    }
+}
+
+impl Recorder for DisplacementProfile {
     fn record_move(&mut self, accepted: &AcceptedMove) {
         self.recorded += 1;
         if let Place::Inside(bin, _) = self.bins.locate(accepted.from_height) {

@@ -1,7 +1,7 @@
 //! Checks of acceptance rules. They return what they find wrong, so that rules known to be wrong can
 //! be shown to fail them.
 
-use gradient_mc::{AcceptedMove, Frame, Observer, ObserverError};
+use gradient_mc::{AcceptedMove, Frame, Observer, ObserverError, Recorder};
 use thiserror::Error;
 
 /// How a rule breaks detailed balance.
@@ -108,6 +108,12 @@ impl Observer for TrialRecorder {
         self.accepted = None;
         Ok(())
     }
+    fn recorder(&mut self) -> Option<&mut dyn Recorder> {
+        Some(self)
+    }
+}
+
+impl Recorder for TrialRecorder {
     fn record_move(&mut self, accepted: &AcceptedMove) {
         self.accepted = Some(*accepted);
     }

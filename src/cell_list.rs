@@ -4,6 +4,10 @@
 //! proportional to the number of spheres, four bytes per cell apart, and what a trial touches stays in
 //! the cache. Cells along x are contiguous, so the 27 cells around a point are nine runs of three.
 
+mod contact;
+
+pub(crate) use contact::Contact;
+
 use crate::Slab;
 
 /// Empty cells before the first and behind the last along x stand in for what is beyond the walls.
@@ -73,6 +77,8 @@ pub(crate) struct CellList {
     inverse_sides: [f64; 3],
     /// Periodic widths along y, z.
     widths: [f64; 2],
+    /// Squared distance at which a sphere that moves straight touches another.
+    contact: f64,
     /// First page of each cell.
     heads: Vec<u32>,
     pages: Vec<Page>,
@@ -105,6 +111,8 @@ impl CellList {
             cells,
             inverse_sides,
             widths,
+            // Two coordinates differ by a few roundings of the largest, and a square by twice as many.
+            contact: 1.0 + 1e-14 + 32.0 * f64::EPSILON * extents.into_iter().fold(1.0, f64::max),
             heads: vec![NONE; (cells[0] + 2 * PADDING) * cells[1] * cells[2]],
             pages: vec![Page::EMPTY],
             free: Vec::new(),

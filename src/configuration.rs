@@ -1,6 +1,6 @@
 //! Positions of the spheres, and the invariants that every move keeps: no two overlap, all are inside.
 
-use crate::cell_list::CellList;
+use crate::cell_list::{CellList, Contact};
 use crate::{Error, Slab};
 
 /// Positions indexed by sphere, with a cell list that is always up to date.
@@ -74,6 +74,18 @@ impl Configuration {
     #[inline]
     pub(crate) fn overlaps(&self, sphere: usize, position: [f64; 3]) -> bool {
         self.cells.overlaps(sphere, position)
+    }
+
+    /// The first sphere that `sphere` touches on its way along `axis`; see [`CellList::first_contact`].
+    #[inline]
+    pub(crate) fn first_contact(
+        &self,
+        sphere: usize,
+        axis: usize,
+        forward: bool,
+        limit: f64,
+    ) -> Option<Contact> {
+        self.cells.first_contact(sphere, self.positions[sphere], axis, forward, limit)
     }
 
     /// Moves `sphere` to a position that was found free.

@@ -96,6 +96,30 @@ pub enum Error {
         /// Reduced potential there.
         potential: f64,
     },
+    /// The reduced force is not finite, or larger than probes had found: event chains cannot be driven.
+    #[error(
+        "the reduced force is {force} at height {height}, where its magnitude was bounded by {bound}: \
+         smooth the field or temperature there, or use local moves"
+    )]
+    InvalidForce {
+        /// Height of the offending value.
+        height: f64,
+        /// Reduced force u' there, in inverse diameters.
+        force: f64,
+        /// Bound of its magnitude, from probes around it.
+        bound: f64,
+    },
+    /// An event chain passed from sphere to sphere without getting ahead.
+    #[error(
+        "an event chain of {length} diameters is stuck after {path}: spheres touch all along its way; \
+         loosen the packing, or equilibrate with local moves first"
+    )]
+    ChainStuck {
+        /// Length that the chain was to have, in diameters.
+        length: f64,
+        /// Path that it made.
+        path: f64,
+    },
     /// A profile of bins was asked for that has no bins, or too many to be sensible.
     #[error("{bins} bins over {extent} diameters is not usable: take between 1 and {maximum}")]
     InvalidBins {

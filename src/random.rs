@@ -28,6 +28,12 @@ pub(crate) fn unit(generator: &mut impl Rng) -> f64 {
     generator.random::<f64>()
 }
 
+/// Exponential with mean 1.
+#[inline]
+pub(crate) fn exponential(generator: &mut impl Rng) -> f64 {
+    -libm::log(1.0 - unit(generator))
+}
+
 /// Uniform on 0..`bound`.
 #[inline]
 pub(crate) fn index(generator: &mut impl Rng, bound: usize) -> usize {

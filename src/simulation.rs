@@ -2,7 +2,7 @@
 
 use crate::configuration::Configuration;
 use crate::drive::{ClosedForm, Drive, IsothermalDrive, Phase, Scheme};
-use crate::moves::LocalMoves;
+use crate::moves::{Engine, LocalMoves, Moves, Sweep};
 use crate::observer::{Frame, Observer, Tally};
 use crate::random::Generator;
 use crate::start::{Start, Theory};
@@ -42,7 +42,7 @@ use rand::SeedableRng;
 pub struct Simulation<F, T, D = IsothermalDrive> {
     scene: Scene<F, T>,
     drive: D,
-    moves: LocalMoves,
+    engine: Engine,
     configuration: Configuration,
     generator: Generator,
     sweep: u64,
@@ -56,7 +56,7 @@ pub struct SimulationBuilder<F, T, S = ClosedForm, P = Theory> {
     scene: Scene<F, T>,
     scheme: S,
     start: P,
-    maximum_displacement: f64,
+    moves: Moves,
     seed: u64,
 }
 
@@ -64,27 +64,34 @@ impl<F, T> Simulation<F, T> {
     /// Describes a simulation of `scene`: closed-form drive, theory start, displacements up to 0.75
     /// diameters and seed 0, until told otherwise.
     pub fn builder(scene: Scene<F, T>) -> SimulationBuilder<F, T> {
-        SimulationBuilder { scene, scheme: ClosedForm, start: Theory, maximum_displacement: 0.75, seed: 0 }
+        let moves = LocalMoves::unchecked(0.75).into();
+        SimulationBuilder { scene, scheme: ClosedForm, start: Theory, moves, seed: 0 }
     }
 }
 
 impl<F, T, S, P> SimulationBuilder<F, T, S, P> {
     /// How a temperature that varies enters; see [`drive`](crate::drive) for the choices.
     pub fn scheme<R>(self, scheme: R) -> SimulationBuilder<F, T, R, P> {
-        let Self { scene, start, maximum_displacement, seed, .. } = self;
-        SimulationBuilder { scene, scheme, start, maximum_displacement, seed }
+        let Self { scene, start, moves, seed, .. } = self;
+        SimulationBuilder { scene, scheme, start, moves, seed }
     }
 
     /// Where the spheres are at first; see [`start`](crate::start) for the choices.
     pub fn start<Q: Start>(self, start: Q) -> SimulationBuilder<F, T, S, Q> {
-        let Self { scene, scheme, maximum_displacement, seed, .. } = self;
-        SimulationBuilder { scene, scheme, start, maximum_displacement, seed }
+        let Self { scene, scheme, moves, seed, .. } = self;
+        SimulationBuilder { scene, scheme, start, moves, seed }
     }
 
-    /// Largest displacement S along each axis in a trial move, in diameters.
+    /// What sweeps consist of; see [`moves`](crate::moves) for the choices.
+    #[must_use]
+    pub fn moves(self, moves: impl Into<Moves>) -> Self {
+        Self { moves: moves.into(), ..self }
+    }
+
+    /// Local moves with displacements of at most S along each axis, in diameters.
     #[must_use]
     pub fn maximum_displacement(self, maximum_displacement: f64) -> Self {
-        Self { maximum_displacement, ..self }
+        self.moves(LocalMoves::unchecked(maximum_displacement))
     }
 
     /// Seed of the [`Generator`]: the same seed gives the same run on every machine.
@@ -106,8 +113,10 @@ impl<F, T, S, P> SimulationBuilder<F, T, S, P> {
         S: Scheme<F, T>,
         P: Start,
     {
-        let Self { scene, scheme, start, maximum_displacement, seed } = self;
-        let moves = LocalMoves::new(maximum_displacement, scene.slab())?;
+        let Self { scene, scheme, start, moves, seed } = self;
+        if let Moves::Local(moves) = moves {
+            moves.check(scene.slab())?;
+        }
         let drive = scheme.drive(&scene)?;
         let mut generator = Generator::seed_from_u64(seed);
         let positions: Vec<[f64; 3]> =
@@ -119,7 +128,7 @@ impl<F, T, S, P> SimulationBuilder<F, T, S, P> {
         Ok(Simulation {
             scene,
             drive,
-            moves,
+            engine: Engine::new(moves),
             configuration,
             generator,
             sweep: 0,
@@ -157,14 +166,15 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
 
     fn advance<O: Observer + ?Sized>(&mut self, sweeps: u64, observer: &mut O) -> Result<(), Error> {
         for _ in 0..sweeps {
-            self.moves.sweep(
-                &self.scene,
-                &self.drive,
-                &mut self.configuration,
-                &mut self.generator,
-                observer,
-                &mut self.tally,
-            )?;
+            self.engine.sweep(Sweep {
+                scene: &self.scene,
+                drive: &self.drive,
+                configuration: &mut self.configuration,
+                generator: &mut self.generator,
+                tally: &mut self.tally,
+                phase: self.phase,
+                recorder: observer.recorder(),
+            })?;
             self.sweep += 1;
             self.drive.after_sweep(&self.scene, self.configuration.positions(), self.phase)?;
             observer

@@ -24,12 +24,18 @@ impl EffectivePotential {
     /// u at `height` in `field`.
     #[inline]
     fn evaluate(&self, field: &impl Field, height: f64) -> f64 {
-        let scaled = height * self.inverse_width;
+        let (bin, [low, high]) = self.bin(height);
+        let within = height * self.inverse_width - bin as f64;
+        field.potential(height) / self.reference + (low + (high - low) * within)
+    }
+
+    /// The bin that holds `height`, and the correction at its edges.
+    #[inline]
+    fn bin(&self, height: f64) -> (usize, [f64; 2]) {
         // Heights are inside the slab; the table covers it.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let bin = (scaled as usize).min(self.correction.len() - 2);
-        let (low, high) = (self.correction[bin], self.correction[bin + 1]);
-        field.potential(height) / self.reference + (low + (high - low) * (scaled - bin as f64))
+        let bin = ((height * self.inverse_width) as usize).min(self.correction.len() - 2);
+        (bin, [self.correction[bin], self.correction[bin + 1]])
     }
 }
 
@@ -37,6 +43,12 @@ impl<F: Field, T> Drive<F, T> for EffectivePotential {
     #[inline]
     fn reduced_potential(&self, scene: &Scene<F, T>, height: f64) -> f64 {
         self.evaluate(scene.field(), height)
+    }
+
+    #[inline]
+    fn reduced_force(&self, scene: &Scene<F, T>, height: f64) -> f64 {
+        let (_, [low, high]) = self.bin(height);
+        scene.field().acceleration(height) / self.reference + (high - low) * self.inverse_width
     }
 }
 

@@ -35,6 +35,7 @@ impl Default for Instantaneous {
 #[derive(Debug, Clone)]
 pub struct InstantaneousDrive {
     potential: EffectivePotential,
+    generation: u64,
     mapping: Mapping,
     histogram: Histogram,
     temperatures: Vec<f64>,
@@ -52,7 +53,7 @@ impl<F: Field, T: TemperatureProfile> Scheme<F, T> for Instantaneous {
         let potential = mapping.potential(|bin| temperatures[bin]);
         mapping.check(&potential)?;
         let histogram = Histogram::new(mapping.bins());
-        Ok(InstantaneousDrive { potential, mapping, histogram, temperatures })
+        Ok(InstantaneousDrive { potential, generation: 0, mapping, histogram, temperatures })
     }
 }
 
@@ -60,6 +61,16 @@ impl<F: Field, T: TemperatureProfile> Drive<F, T> for InstantaneousDrive {
     #[inline]
     fn reduced_potential(&self, scene: &Scene<F, T>, height: f64) -> f64 {
         self.potential.reduced_potential(scene, height)
+    }
+
+    #[inline]
+    fn reduced_force(&self, scene: &Scene<F, T>, height: f64) -> f64 {
+        self.potential.reduced_force(scene, height)
+    }
+
+    #[inline]
+    fn generation(&self) -> u64 {
+        self.generation
     }
 
     fn after_sweep(&mut self, scene: &Scene<F, T>, positions: &[[f64; 3]], _: Phase) -> Result<(), Error> {
@@ -71,6 +82,7 @@ impl<F: Field, T: TemperatureProfile> Drive<F, T> for InstantaneousDrive {
             let [count, pressure] = rows[bin];
             if count > 0.0 { pressure / count } else { temperatures[bin] }
         });
+        self.generation += 1;
         self.mapping.check(&self.potential)
     }
 }

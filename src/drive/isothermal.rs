@@ -18,6 +18,11 @@ impl<F: Field> Drive<F, Isothermal> for IsothermalDrive {
     fn reduced_potential(&self, scene: &Scene<F, Isothermal>, height: f64) -> f64 {
         scene.field().potential(height) / scene.temperature().temperature(height)
     }
+
+    #[inline]
+    fn reduced_force(&self, scene: &Scene<F, Isothermal>, height: f64) -> f64 {
+        scene.field().acceleration(height) / scene.temperature().temperature(height)
+    }
 }
 
 impl<F: Field> Scheme<F, Isothermal> for ClosedForm {

@@ -34,6 +34,7 @@ pub use instantaneous::{Instantaneous, InstantaneousDrive};
 pub use isothermal::{ClosedForm, IsothermalDrive};
 pub use self_consistent::{SelfConsistent, SelfConsistentDrive};
 
+use crate::numerics::differentiate;
 use crate::{Error, Scene};
 
 /// What part of a run a sweep belongs to.
@@ -49,6 +50,18 @@ pub enum Phase {
 pub trait Drive<F, T> {
     /// u at `height`. Only differences matter.
     fn reduced_potential(&self, scene: &Scene<F, T>, height: f64) -> f64;
+
+    /// u' at `height`, at which event chains run into the field; the default differentiates
+    /// [`reduced_potential`](Self::reduced_potential).
+    fn reduced_force(&self, scene: &Scene<F, T>, height: f64) -> f64 {
+        differentiate(|x| self.reduced_potential(scene, x), height, 1e-3)
+    }
+
+    /// Number of times that u has changed: what was derived from it can be kept while this is the same.
+    #[inline]
+    fn generation(&self) -> u64 {
+        0
+    }
 
     /// Shows the configuration after each sweep; the default, for a drive that never changes, does
     /// nothing and compiles to nothing.

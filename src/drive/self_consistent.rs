@@ -55,6 +55,7 @@ impl SelfConsistent {
 #[derive(Debug, Clone)]
 pub struct SelfConsistentDrive {
     potential: EffectivePotential,
+    generation: u64,
     mapping: Mapping,
     /// P/n of the theory profile.
     prior: Vec<f64>,
@@ -78,6 +79,7 @@ impl<F: Field, T: TemperatureProfile> Scheme<F, T> for SelfConsistent {
         let histogram = Histogram::new(mapping.bins());
         Ok(SelfConsistentDrive {
             potential,
+            generation: 0,
             mapping,
             prior,
             follows_measurement: false,
@@ -147,6 +149,7 @@ impl SelfConsistentDrive {
             let [count, pressure] = rows[bin];
             if measured { (pressure + prior[bin]) / (count + 1.0) } else { prior[bin] }
         });
+        self.generation += 1;
         self.mapping.check(&self.potential)
     }
 }
@@ -155,6 +158,16 @@ impl<F: Field, T: TemperatureProfile> Drive<F, T> for SelfConsistentDrive {
     #[inline]
     fn reduced_potential(&self, scene: &Scene<F, T>, height: f64) -> f64 {
         self.potential.reduced_potential(scene, height)
+    }
+
+    #[inline]
+    fn reduced_force(&self, scene: &Scene<F, T>, height: f64) -> f64 {
+        self.potential.reduced_force(scene, height)
+    }
+
+    #[inline]
+    fn generation(&self) -> u64 {
+        self.generation
     }
 
     fn after_sweep(

@@ -1,10 +1,11 @@
 //! Local trial moves: one sphere, a small uniform displacement, Metropolis acceptance.
 
-use crate::configuration::{Configuration, wrap};
+use super::Sweep;
+use crate::configuration::wrap;
 use crate::drive::{Drive, log_acceptance};
-use crate::observer::{AcceptedMove, Observer, Tally};
-use crate::random::{Generator, index, symmetric, unit};
-use crate::{Error, Scene, Slab};
+use crate::observer::AcceptedMove;
+use crate::random::{index, symmetric, unit};
+use crate::{Error, Slab};
 use nalgebra::Vector3;
 
 /// Moves of one sphere, chosen at random, by a displacement uniform in the cube (−S, S)³.
@@ -23,10 +24,18 @@ impl LocalMoves {
     /// # Errors
     /// [`Error::InvalidParameter`] unless 0 < S ≤ half the smallest side of the slab.
     pub fn new(maximum_displacement: f64, slab: &Slab) -> Result<Self, Error> {
+        let moves = Self { maximum_displacement };
+        moves.check(slab)?;
+        Ok(moves)
+    }
+
+    /// Whether the moves suit a slab.
+    pub(crate) fn check(self, slab: &Slab) -> Result<(), Error> {
+        let maximum_displacement = self.maximum_displacement;
         let [width_y, width_z] = slab.widths();
         let largest = 0.5 * slab.height().min(width_y).min(width_z);
         if maximum_displacement > 0.0 && maximum_displacement <= largest {
-            Ok(Self { maximum_displacement })
+            Ok(())
         } else {
             Err(Error::InvalidParameter {
                 name: "maximum displacement",
@@ -34,6 +43,11 @@ impl LocalMoves {
                 requirement: "it must be positive and at most half the smallest side of the slab",
             })
         }
+    }
+
+    /// S in diameters, to be checked when the slab is known.
+    pub(crate) fn unchecked(maximum_displacement: f64) -> Self {
+        Self { maximum_displacement }
     }
 
     /// S in diameters.
@@ -47,20 +61,12 @@ impl LocalMoves {
     /// # Errors
     /// [`Error::InvalidPotential`] where a field or a temperature turns out not to be finite between
     /// the heights that were probed; the configuration stays valid.
-    pub(crate) fn sweep<F, T, D: Drive<F, T>, O: Observer + ?Sized>(
-        self,
-        scene: &Scene<F, T>,
-        drive: &D,
-        configuration: &mut Configuration,
-        generator: &mut Generator,
-        observer: &mut O,
-        tally: &mut Tally,
-    ) -> Result<(), Error> {
+    pub(super) fn sweep<F, T, D: Drive<F, T>>(self, sweep: &mut Sweep<'_, F, T, D>) -> Result<(), Error> {
+        let Sweep { scene, drive, configuration, generator, tally, recorder, .. } = sweep;
         let slab = *configuration.slab();
         let [width_y, width_z] = slab.widths();
         let particles = configuration.len();
         let mut accepted = 0;
-        let mut recorder = observer.recorder();
         for _ in 0..particles {
             let sphere = index(generator, particles);
             let [dx, dy, dz] = [0; 3].map(|_| self.maximum_displacement * symmetric(generator));
@@ -73,7 +79,7 @@ impl LocalMoves {
             if configuration.overlaps(sphere, trial) {
                 continue;
             }
-            let exponent = log_acceptance(drive, scene, x, height);
+            let exponent = log_acceptance(*drive, scene, x, height);
             if exponent.is_nan() {
                 let potential = drive.reduced_potential(scene, height);
                 return Err(Error::InvalidPotential { height, potential });
@@ -82,7 +88,7 @@ impl LocalMoves {
                 continue;
             }
             configuration.relocate(sphere, trial);
-            if let Some(recorder) = &mut recorder {
+            if let Some(recorder) = recorder {
                 let displacement = Vector3::new(dx, dy, dz);
                 recorder.record_move(&AcceptedMove { from_height: x, displacement });
             }

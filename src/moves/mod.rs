@@ -1,6 +1,81 @@
-//! Families of moves. Each reads the drive through [`log_acceptance`](crate::drive::log_acceptance)
-//! and nothing else; a new family is a new file here.
+//! Families of moves.
+//!
+//! | family | balance | what it is for |
+//! |---|---|---|
+//! | [`LocalMoves`] | detailed | the paper's rule; any drive |
+//! | [`EventChains`] | global | the fastest way to a small error bar; drives that are fixed while measuring |
+//!
+//! Each reads the drive (`reduced_potential` through [`log_acceptance`](crate::drive::log_acceptance), or its derivative
+//! `reduced_force`) and nothing else. A new family is a new file here and a variant of [`Moves`].
 
+mod event_chain;
 mod local;
 
+pub use event_chain::{EventChains, FieldEvent};
 pub use local::LocalMoves;
+
+use crate::configuration::Configuration;
+use crate::drive::{Drive, Phase};
+use crate::observer::{Recorder, Tally};
+use crate::random::Generator;
+use crate::{Error, Field, Scene, TemperatureProfile};
+
+/// What the sweeps of a simulation consist of.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Moves {
+    /// Small displacements of single spheres.
+    Local(LocalMoves),
+    /// Event chains.
+    EventChains(EventChains),
+}
+
+impl From<LocalMoves> for Moves {
+    fn from(moves: LocalMoves) -> Self {
+        Self::Local(moves)
+    }
+}
+
+impl From<EventChains> for Moves {
+    fn from(moves: EventChains) -> Self {
+        Self::EventChains(moves)
+    }
+}
+
+/// Everything that a sweep reads and changes.
+pub(crate) struct Sweep<'a, F, T, D> {
+    pub(crate) scene: &'a Scene<F, T>,
+    pub(crate) drive: &'a D,
+    pub(crate) configuration: &'a mut Configuration,
+    pub(crate) generator: &'a mut Generator,
+    pub(crate) tally: &'a mut Tally,
+    pub(crate) phase: Phase,
+    pub(crate) recorder: Option<&'a mut dyn Recorder>,
+}
+
+/// A family of moves with what it keeps between sweeps.
+#[derive(Debug, Clone)]
+pub(crate) enum Engine {
+    Local(LocalMoves),
+    EventChains(event_chain::Engine),
+}
+
+impl Engine {
+    pub(crate) fn new(moves: Moves) -> Self {
+        match moves {
+            Moves::Local(moves) => Self::Local(moves),
+            Moves::EventChains(chains) => Self::EventChains(event_chain::Engine::new(chains)),
+        }
+    }
+
+    /// Makes one sweep. An error leaves the configuration valid.
+    pub(crate) fn sweep<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
+        &mut self,
+        mut sweep: Sweep<'_, F, T, D>,
+    ) -> Result<(), Error> {
+        match self {
+            Self::Local(moves) => moves.sweep(&mut sweep),
+            Self::EventChains(chains) => chains.sweep(&mut sweep),
+        }
+    }
+}

@@ -1,0 +1,89 @@
+//! Upper bounds of the reduced force, layer by layer.
+
+use crate::drive::Drive;
+use crate::{Error, Field, Scene, TemperatureProfile};
+
+/// Bounds of u' and of −u' in layers of one diameter.
+///
+/// Field events are drawn at these rates and thinned to the true one (Lewis and Shedler,
+/// doi:10.1002/nav.3800260304), which is exact as long as the bounds hold. They come from probes, with the
+/// range that the probes span as a margin; a force above its bound ends the sweep with an error.
+#[derive(Debug, Clone, Default)]
+pub(super) struct ForceBounds {
+    /// Of u', which stops spheres that rise, and of −u', which stops those that sink.
+    layers: Vec<[f64; 2]>,
+    generation: u64,
+}
+
+/// Probes to a diameter.
+const PROBES: u32 = 16;
+/// Largest force with which anything can be computed.
+const LARGEST: f64 = 1e300;
+
+impl ForceBounds {
+    /// Probes the drive again if it has changed.
+    pub(super) fn follow<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
+        &mut self,
+        drive: &D,
+        scene: &Scene<F, T>,
+    ) -> Result<(), Error> {
+        if !self.layers.is_empty() && self.generation == drive.generation() {
+            return Ok(());
+        }
+        self.generation = drive.generation();
+        self.layers.clear();
+        let height = scene.slab().height();
+        let mut low = 0.0;
+        while low < height {
+            let (mut smallest, mut largest) = (f64::INFINITY, f64::NEG_INFINITY);
+            for probe in 0..=PROBES {
+                let x = (low + f64::from(probe) / f64::from(PROBES))
+                    .clamp(scene.slab().lowest_center(), scene.slab().highest_center());
+                let force = drive.reduced_force(scene, x);
+                // So that bounds, up to three times as large, are finite too.
+                if force.is_nan() || force.abs() > LARGEST {
+                    return Err(Error::InvalidForce { height: x, force, bound: LARGEST });
+                }
+                (smallest, largest) = (force.min(smallest), force.max(largest));
+            }
+            // The second term covers the rounding of a derivative taken numerically.
+            let margin = largest - smallest + 1e-8 * largest.abs().max(smallest.abs());
+            self.layers.push([(largest + margin).max(0.0), (margin - smallest).max(0.0)]);
+            low += 1.0;
+        }
+        Ok(())
+    }
+
+    /// Lets the clock of the field run while a sphere goes from `height` over `distance`: the distance at
+    /// which it strikes and the bound that holds there, or nothing if time is left on it at the end.
+    #[inline]
+    pub(super) fn strike(
+        &self,
+        clock: &mut f64,
+        height: f64,
+        rising: bool,
+        distance: f64,
+    ) -> Option<(f64, f64)> {
+        let side = usize::from(!rising);
+        // Heights are inside the slab, below 1e6.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let mut layer = (height as usize).min(self.layers.len() - 1);
+        let within = height - layer as f64;
+        let mut begin = 0.0;
+        let mut end = if rising { 1.0 - within } else { within };
+        loop {
+            let bound = self.layers[layer][side];
+            let stretch = end.min(distance) - begin;
+            if *clock < bound * stretch {
+                return Some((begin + *clock / bound, bound));
+            }
+            *clock -= bound * stretch;
+            if end >= distance {
+                return None;
+            }
+            (begin, end) = (end, end + 1.0);
+            // Only rounding at a wall could lead beyond the first and the last layer.
+            layer = if rising { (layer + 1).min(self.layers.len() - 1) } else { layer.saturating_sub(1) };
+        }
+    }
+}

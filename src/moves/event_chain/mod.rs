@@ -1,0 +1,378 @@
+//! Straight event chains in a field that varies along one axis.
+
+mod force_bound;
+
+use super::Sweep;
+use crate::cell_list::Contact;
+use crate::configuration::wrap;
+use crate::drive::{Drive, Phase};
+use crate::observer::{AcceptedMove, Collision};
+use crate::random::{exponential, index, unit};
+use crate::{Error, Field, TemperatureProfile};
+use force_bound::ForceBounds;
+use nalgebra::Vector3;
+
+/// What becomes of a chain that the field stops.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+pub enum FieldEvent {
+    /// Another sphere, drawn with probability proportional to |u'|, goes on downhill.
+    ///
+    /// The chain does not retrace its path, so long chains move the column: the default.
+    #[default]
+    Relocate,
+    /// The sphere itself turns round. Correct as well, and slow: the chain undoes what it has done.
+    Reverse,
+}
+
+/// Straight event chains (Bernard, Krauth and Wilson, doi:10.1103/PhysRevE.80.056704; the field as a factor
+/// of its own, Michel, Kapfer and Krauth, doi:10.1063/1.4863991).
+///
+/// A sphere moves along an axis until it touches another, which moves on in the same direction, until
+/// the chain has used up its length. Nothing is ever rejected. Along x a sphere that goes uphill in the reduced
+/// potential u is stopped by the field at the rate |u'| per distance; then the chain continues as
+/// [`FieldEvent`] says. A wall turns a sphere round.
+///
+/// Chains hold global balance, not detailed balance; the proof is in `docs/event_chains.md`.
+///
+/// ```
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, moves::EventChains};
+/// use gradient_mc::{observers::CenterOfMass, temperature::Isothermal};
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 360, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let mut simulation = Simulation::builder(scene).moves(EventChains::default()).seed(1).build()?;
+/// let mut center_of_mass = CenterOfMass::new();
+/// simulation.equilibrate(100, &mut ())?;
+/// simulation.run(400, &mut center_of_mass)?;
+/// assert!(simulation.tally().events > 0);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct EventChains {
+    /// None where it is tuned.
+    length: Option<f64>,
+    vertical_fraction: f64,
+    field_event: FieldEvent,
+}
+
+impl Default for EventChains {
+    /// Chains whose length is tuned while equilibrating, 80 % of them vertical.
+    fn default() -> Self {
+        Self { length: None, vertical_fraction: 0.8, field_event: FieldEvent::Relocate }
+    }
+}
+
+impl EventChains {
+    /// Path of all chains of a sweep, in diameters per sphere.
+    pub const PATH_PER_SPHERE: f64 = 0.25;
+    /// Largest mean length of a chain, in diameters.
+    pub const MAXIMUM_LENGTH: f64 = 1e6;
+
+    /// Chains of the given mean length in diameters, not tuned; single lengths are uniform between zero
+    /// and twice that, so that none is commensurate with the box.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless positive and at most [`MAXIMUM_LENGTH`](Self::MAXIMUM_LENGTH).
+    pub fn with_length(length: f64) -> Result<Self, Error> {
+        if length > 0.0 && length <= Self::MAXIMUM_LENGTH {
+            Ok(Self { length: Some(length), ..Self::default() })
+        } else {
+            let requirement = "it must be positive and at most 1e6 diameters";
+            Err(Error::InvalidParameter { name: "mean length of event chains", value: length, requirement })
+        }
+    }
+
+    /// Share of the chains that run along x; the others run along y and z in equal parts.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless above 0 and below 1: without both kinds not every
+    /// configuration can be reached.
+    pub fn vertical_fraction(self, fraction: f64) -> Result<Self, Error> {
+        if fraction > 0.0 && fraction < 1.0 {
+            Ok(Self { vertical_fraction: fraction, ..self })
+        } else {
+            let requirement = "it must lie between 0 and 1, both excluded";
+            Err(Error::InvalidParameter {
+                name: "vertical fraction of event chains",
+                value: fraction,
+                requirement,
+            })
+        }
+    }
+
+    /// What becomes of a chain that the field stops.
+    #[must_use]
+    pub fn field_event(self, field_event: FieldEvent) -> Self {
+        Self { field_event, ..self }
+    }
+
+    /// Mean length of a chain in diameters, unless it is tuned.
+    #[must_use]
+    pub fn length(&self) -> Option<f64> {
+        self.length
+    }
+}
+
+/// Event chains at work: the choices, and what was derived from the drive.
+#[derive(Debug, Clone)]
+pub(crate) struct Engine {
+    chains: EventChains,
+    length: ChainLength,
+    bounds: ForceBounds,
+    /// Path by which the chains so far exceed what the sweeps so far were to use, in diameters.
+    advance: f64,
+}
+
+impl Engine {
+    pub(super) fn new(chains: EventChains) -> Self {
+        Self { chains, length: ChainLength::new(chains.length), bounds: ForceBounds::default(), advance: 0.0 }
+    }
+
+    /// Chains whose lengths add up to [`EventChains::PATH_PER_SPHERE`] for every sphere, on average over
+    /// sweeps.
+    pub(super) fn sweep<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
+        &mut self,
+        sweep: &mut Sweep<'_, F, T, D>,
+    ) -> Result<(), Error> {
+        self.bounds.follow(sweep.drive, sweep.scene)?;
+        if sweep.phase == Phase::Equilibration {
+            self.length.tune(sweep.scene.slab().height());
+        }
+        let particles = sweep.configuration.len();
+        // What one sweep uses too much, later ones use less. Lengths do not depend on the configuration,
+        // so neither does where a sweep ends.
+        self.advance -= EventChains::PATH_PER_SPHERE * particles as f64;
+        while self.advance < 0.0 {
+            let length = 2.0 * self.length.mean() * unit(sweep.generator);
+            self.advance += length;
+            let sphere = index(sweep.generator, particles);
+            let choice = unit(sweep.generator);
+            let axis = if choice < self.chains.vertical_fraction {
+                let rising = unit(sweep.generator) < 0.5;
+                self.vertical_chain(sweep, sphere, rising, length)?;
+                0
+            } else {
+                let axis = if 2.0 * choice < 1.0 + self.chains.vertical_fraction { 1 } else { 2 };
+                lateral_chain(sweep, sphere, axis, length)?;
+                axis
+            };
+            sweep.tally.chains += 1;
+            if let Some(recorder) = &mut sweep.recorder {
+                recorder.record_chain(axis, length);
+            }
+        }
+        Ok(())
+    }
+
+    /// A chain along x.
+    fn vertical_chain<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
+        &mut self,
+        sweep: &mut Sweep<'_, F, T, D>,
+        mut sphere: usize,
+        mut rising: bool,
+        mut left: f64,
+    ) -> Result<(), Error> {
+        let slab = *sweep.configuration.slab();
+        self.length.path += left;
+        let mut patience = Patience::new(left);
+        // The field's clock: it strikes when the bound of the force, integrated along the path, uses it up.
+        let mut clock = exponential(sweep.generator);
+        loop {
+            let position = sweep.configuration.position(sphere);
+            let height = position[0];
+            let to_wall = if rising { slab.highest_center() - height } else { height - slab.lowest_center() };
+            let (limit, mut stop) = if left <= to_wall { (left, Stop::End) } else { (to_wall, Stop::Wall) };
+            let mut distance = limit;
+            if let Some(contact) = sweep.configuration.first_contact(sphere, 0, rising, limit) {
+                (distance, stop) = (contact.distance, Stop::Contact(contact));
+            }
+            if let Some((strike, bound)) = self.bounds.strike(&mut clock, height, rising, distance) {
+                (distance, stop) = (strike, Stop::Field { bound });
+            }
+            let signed = if rising { distance } else { -distance };
+            let new_height = (height + signed).clamp(slab.lowest_center(), slab.highest_center());
+            sweep.displace(sphere, position, 0, signed, new_height);
+            left -= distance;
+            patience.lose(left)?;
+            match stop {
+                Stop::End => return Ok(()),
+                Stop::Contact(contact) => {
+                    sweep.collide(0, new_height, contact);
+                    sphere = contact.sphere;
+                }
+                Stop::Wall => {
+                    sweep.tally.events += 1;
+                    rising = !rising;
+                }
+                Stop::Field { bound } => {
+                    clock = exponential(sweep.generator);
+                    let force = sweep.drive.reduced_force(sweep.scene, new_height);
+                    let uphill = if rising { force } else { -force };
+                    if uphill.is_nan() || uphill > bound {
+                        return Err(Error::InvalidForce { height: new_height, force, bound });
+                    }
+                    if unit(sweep.generator) * bound < uphill {
+                        sweep.tally.events += 1;
+                        self.length.field_events += 1;
+                        (sphere, rising) = self.field_event(sweep, sphere, force)?;
+                    }
+                }
+            }
+        }
+    }
+
+    /// Which sphere goes on, and whether upwards, after the field has stopped `sphere`, where the force is
+    /// `force`.
+    fn field_event<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
+        &self,
+        sweep: &mut Sweep<'_, F, T, D>,
+        sphere: usize,
+        force: f64,
+    ) -> Result<(usize, bool), Error> {
+        /// Steps of the random walk over spheres. Balance holds for any number; with more, fewer chains
+        /// turn round where forces differ much.
+        const STEPS: u32 = 4;
+        let (mut chosen, mut chosen_force) = (sphere, force);
+        if self.chains.field_event == FieldEvent::Relocate {
+            for _ in 0..STEPS {
+                let other = index(sweep.generator, sweep.configuration.len());
+                let height = sweep.configuration.position(other)[0];
+                let other_force = sweep.drive.reduced_force(sweep.scene, height);
+                if other_force.is_nan() {
+                    return Err(Error::InvalidForce { height, force: other_force, bound: f64::MAX });
+                }
+                // Metropolis for the distribution |u'|.
+                if other_force.abs() >= chosen_force.abs() * unit(sweep.generator) && other_force != 0.0 {
+                    (chosen, chosen_force) = (other, other_force);
+                }
+            }
+        }
+        Ok((chosen, chosen_force < 0.0))
+    }
+}
+
+/// Mean length of chains, and what it is tuned by.
+///
+/// A chain that is short against the path between two field events drags a few spheres to and fro; one
+/// that is long against it is as good as any longer one, since every field event starts afresh
+/// elsewhere (measured in `docs/event_chains.md`). So the length is a multiple of that path.
+#[derive(Debug, Clone, Copy)]
+struct ChainLength {
+    fixed: Option<f64>,
+    tuned: f64,
+    /// Of vertical chains, while equilibrating.
+    path: f64,
+    field_events: u64,
+}
+
+impl ChainLength {
+    const FIELD_EVENTS_PER_CHAIN: f64 = 10.0;
+
+    fn new(fixed: Option<f64>) -> Self {
+        Self { fixed, tuned: 100.0, path: 0.0, field_events: 0 }
+    }
+
+    fn mean(&self) -> f64 {
+        self.fixed.unwrap_or(self.tuned)
+    }
+
+    /// Sets the length from what the chains so far have met; where there is hardly a field, walls take
+    /// its place.
+    fn tune(&mut self, height: f64) {
+        if self.path > 0.0 {
+            let free_path = (self.path / (self.field_events as f64).max(1.0)).min(height);
+            self.tuned = Self::FIELD_EVENTS_PER_CHAIN * free_path;
+        }
+    }
+}
+
+/// Guards against chains that go on for ever without getting anywhere, where spheres touch all along
+/// the way.
+struct Patience {
+    events: f64,
+    length: f64,
+}
+
+impl Patience {
+    /// Events per diameter that no configuration needs unless it is jammed to a ten-thousandth of a
+    /// diameter.
+    const EVENTS_PER_DIAMETER: f64 = 1e4;
+
+    fn new(length: f64) -> Self {
+        Self { events: 1e4 + Self::EVENTS_PER_DIAMETER * length, length }
+    }
+
+    #[inline]
+    fn lose(&mut self, left: f64) -> Result<(), Error> {
+        self.events -= 1.0;
+        if self.events > 0.0 {
+            return Ok(());
+        }
+        Err(Error::ChainStuck { length: self.length, path: self.length - left })
+    }
+}
+
+/// What ends a straight piece of a vertical chain.
+enum Stop {
+    /// The chain has used up its length.
+    End,
+    Contact(Contact),
+    Wall,
+    /// The field, if the true force, not its bound, has it so.
+    Field {
+        bound: f64,
+    },
+}
+
+/// A chain along a periodic axis, where nothing but spheres stops it.
+fn lateral_chain<F, T, D>(
+    sweep: &mut Sweep<'_, F, T, D>,
+    mut sphere: usize,
+    axis: usize,
+    mut left: f64,
+) -> Result<(), Error> {
+    let width = sweep.configuration.slab().widths()[axis - 1];
+    let mut patience = Patience::new(left);
+    loop {
+        let position = sweep.configuration.position(sphere);
+        // Beyond half the width an image would be nearer.
+        let limit = left.min(0.5 * width);
+        let contact = sweep.configuration.first_contact(sphere, axis, true, limit);
+        let distance = contact.map_or(limit, |contact| contact.distance);
+        let coordinate = wrap(position[axis] + distance, width);
+        sweep.displace(sphere, position, axis, distance, coordinate);
+        left -= distance;
+        patience.lose(left)?;
+        if let Some(contact) = contact {
+            sweep.collide(axis, position[0], contact);
+            sphere = contact.sphere;
+        } else if left <= 0.0 {
+            return Ok(());
+        }
+    }
+}
+
+impl<F, T, D> Sweep<'_, F, T, D> {
+    /// Moves a sphere along one axis to `coordinate`.
+    #[inline]
+    fn displace(&mut self, sphere: usize, position: [f64; 3], axis: usize, distance: f64, coordinate: f64) {
+        let mut moved = position;
+        moved[axis] = coordinate;
+        self.configuration.relocate(sphere, moved);
+        if let Some(recorder) = &mut self.recorder {
+            let mut displacement = Vector3::zeros();
+            displacement[axis] = distance;
+            recorder.record_move(&AcceptedMove { from_height: position[0], displacement });
+        }
+    }
+
+    /// Counts a collision of a sphere at `height`, and reports it.
+    #[inline]
+    fn collide(&mut self, axis: usize, height: f64, contact: Contact) {
+        self.tally.events += 1;
+        if let Some(recorder) = &mut self.recorder {
+            let to_height = self.configuration.position(contact.sphere)[0];
+            let separation = contact.separation;
+            recorder.record_collision(&Collision { axis, from_height: height, to_height, separation });
+        }
+    }
+}

@@ -88,6 +88,33 @@ impl Bins {
         Place::Inside(bin, scaled - bin as f64)
     }
 
+    /// Calls `add` with every bin that the heights from `low` to `high` pass through, and with the part of
+    /// them that lies in it.
+    #[inline]
+    pub(super) fn spread(&self, low: f64, high: f64, mut add: impl FnMut(usize, f64)) {
+        if high < self.low || low > self.high {
+            return;
+        }
+        let scaled = |height: f64| (height - self.low) * self.per_diameter;
+        let last = self.count as f64;
+        let (first, end) = (scaled(low).max(0.0), scaled(high).min(last));
+        // Not negative, and at most the number of bins.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let (mut bin, last_bin) = ((first as usize).min(self.count - 1), (end as usize).min(self.count - 1));
+        if low >= high {
+            add(bin, 1.0);
+            return;
+        }
+        let extent = (high - low) * self.per_diameter;
+        let mut begin = first;
+        while bin < last_bin {
+            let edge = (bin + 1) as f64;
+            add(bin, (edge - begin) / extent);
+            (begin, bin) = (edge, bin + 1);
+        }
+        add(bin, (end - begin) / extent);
+    }
+
     /// Fails unless the frame is of the slab that the bins were made for.
     pub(super) fn require_slab_of(&self, frame: &Frame<'_>) -> Result<(), Error> {
         let slab = frame.slab();
@@ -140,6 +167,31 @@ mod tests {
             let Place::Inside(found, fraction) = bins.locate(center) else { panic!("{center} is inside") };
             assert_eq!(found, bin);
             approx::assert_relative_eq!(fraction, 0.5, epsilon = 1e-12);
+        }
+    }
+
+    #[test]
+    fn a_stretch_is_spread_over_its_bins() {
+        let slab = Slab::new(40.0, 5.0, 5.0).unwrap();
+        let bins = Bins::new(&slab, 1.0, 3.0, 4).unwrap();
+        let spread = |low: f64, high: f64| {
+            let mut parts = [0.0; 4];
+            bins.spread(low, high, |bin, part| parts[bin] += part);
+            parts
+        };
+        for (low, high, expected) in [
+            (1.1, 1.4, [1.0, 0.0, 0.0, 0.0]),
+            (1.25, 2.25, [0.25, 0.5, 0.25, 0.0]),
+            (2.2, 2.2, [0.0, 0.0, 1.0, 0.0]),
+            (0.5, 1.5, [0.5, 0.0, 0.0, 0.0]),
+            (2.5, 3.5, [0.0, 0.0, 0.0, 0.5]),
+            (0.0, 4.0, [0.125; 4]),
+            (0.2, 0.9, [0.0; 4]),
+            (3.1, 3.9, [0.0; 4]),
+        ] {
+            for (part, expected) in spread(low, high).into_iter().zip(expected) {
+                assert!((part - expected).abs() < 1e-12, "{low} to {high}: {:?}", spread(low, high));
+            }
         }
     }
 

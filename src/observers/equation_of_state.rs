@@ -184,7 +184,7 @@ impl EquationOfStateProfile {
         if self.temperatures.is_empty() {
             self.temperatures.clone_from(&other.temperatures);
         } else if !other.temperatures.is_empty() {
-            require_same_temperatures(&self.temperatures, other.temperatures.iter().copied())?;
+            super::require_same_temperatures(&self.temperatures, other.temperatures.iter().copied())?;
         }
         self.averages.merge(&other.averages)
     }
@@ -197,7 +197,7 @@ impl Observer for EquationOfStateProfile {
         if self.temperatures.is_empty() {
             self.temperatures.extend(temperatures);
         } else {
-            require_same_temperatures(&self.temperatures, temperatures)?;
+            super::require_same_temperatures(&self.temperatures, temperatures)?;
         }
         let (counts, pressures) = self.sample.split_at_mut(self.bins.count());
         counts.fill(0.0);
@@ -205,19 +205,6 @@ impl Observer for EquationOfStateProfile {
         self.averages.push(&self.sample)?;
         Ok(())
     }
-}
-
-fn require_same_temperatures(mine: &[f64], others: impl Iterator<Item = f64>) -> Result<(), Error> {
-    for (mine, value) in mine.iter().zip(others) {
-        if mine.to_bits() != value.to_bits() {
-            return Err(Error::InvalidParameter {
-                name: "temperature of the scene observed",
-                value,
-                requirement: "one profile can only hold scenes of one temperature profile",
-            });
-        }
-    }
-    Ok(())
 }
 
 #[cfg(test)]

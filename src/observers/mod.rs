@@ -10,6 +10,7 @@
 
 mod bins;
 mod center_of_mass;
+mod chain_pressure;
 mod density;
 mod displacement;
 mod equation_of_state;
@@ -19,15 +20,31 @@ mod test_frame;
 
 pub use bins::MAXIMUM_BINS;
 pub use center_of_mass::CenterOfMass;
+pub use chain_pressure::{ChainPressurePoint, ChainPressureProfile};
 pub use density::{DensityPoint, DensityProfile};
 pub use displacement::{DisplacementPoint, DisplacementProfile};
 pub use equation_of_state::{DeviationPoint, EquationOfStatePoint, EquationOfStateProfile};
 pub use pressure::{PressurePoint, PressureProfile};
 
+use crate::Error;
 use crate::statistics::Estimate;
 
 /// Packing fraction πn/6 of a number density with its error.
 fn packing_fraction(number_density: Estimate) -> Estimate {
     let convert = crate::equation_of_state::packing_fraction;
     Estimate::new(convert(number_density.mean), convert(number_density.standard_error))
+}
+
+/// Fails unless two profiles are of scenes with the same temperatures at the middles of the bins.
+fn require_same_temperatures(mine: &[f64], others: impl Iterator<Item = f64>) -> Result<(), Error> {
+    for (mine, value) in mine.iter().zip(others) {
+        if mine.to_bits() != value.to_bits() {
+            return Err(Error::InvalidParameter {
+                name: "temperature of the scene observed",
+                value,
+                requirement: "one profile can only hold scenes of one temperature profile",
+            });
+        }
+    }
+    Ok(())
 }

@@ -275,12 +275,14 @@ impl ChainLength {
         self.fixed.unwrap_or(self.tuned)
     }
 
-    /// Sets the length from what the chains so far have met; where there is hardly a field, walls take
-    /// its place.
+    /// Sets the length from what the chains so far have met. It is at most the height of the slab: a chain
+    /// that a wall turns round undoes what it has done until the field stops it.
     fn tune(&mut self, height: f64) {
-        if self.path > 0.0 {
-            let free_path = (self.path / (self.field_events as f64).max(1.0)).min(height);
-            self.tuned = Self::FIELD_EVENTS_PER_CHAIN * free_path;
+        if self.field_events > 0 {
+            let free_path = self.path / self.field_events as f64;
+            self.tuned = (Self::FIELD_EVENTS_PER_CHAIN * free_path).min(height);
+        } else {
+            self.tuned = self.tuned.min(height);
         }
     }
 }

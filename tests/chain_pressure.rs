@@ -1,0 +1,97 @@
+//! The pressure from event chains: against the weight of the column, which it does not know, and
+//! against the equation of state.
+
+#![allow(clippy::unwrap_used)]
+
+use gradient_mc::drive::{ClosedForm, EquationOfStateClosure, Scheme};
+use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa, number_density};
+use gradient_mc::field::UniformField;
+use gradient_mc::moves::EventChains;
+use gradient_mc::observers::{ChainPressureProfile, DensityProfile, PressureProfile};
+use gradient_mc::statistics::Estimate;
+use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
+use gradient_mc::{Every, Field, Scene, Simulation, Slab, TemperatureProfile};
+
+/// Deviation of `measured` from `expected`: below 4 joint standard errors, which are capped.
+fn agree(what: &str, measured: Estimate, expected: Estimate, cap: f64) -> Result<(), String> {
+    let error = measured.standard_error.hypot(expected.standard_error);
+    // A NaN fails the comparison too.
+    if !(error > 0.0 && error < cap * expected.mean) {
+        return Err(format!("{what}: error {error} of {expected} is above the cap"));
+    }
+    if (measured.mean - expected.mean).abs() > 4.0 * error {
+        return Err(format!("{what}: {measured} from chains, {expected} expected"));
+    }
+    Ok(())
+}
+
+/// Normal and lateral pressure from chains, and the weight of the column.
+fn column<T, S>(temperature: T, scheme: S) -> (Vec<[Estimate; 2]>, Vec<Estimate>)
+where
+    T: TemperatureProfile,
+    S: Scheme<UniformField, T>,
+{
+    let slab = Slab::new(70.0, 6.0, 6.0).unwrap();
+    let scene = Scene::new(slab, 360, UniformField::default(), temperature).unwrap();
+    let builder = Simulation::builder(scene).scheme(scheme).moves(EventChains::default()).seed(17);
+    let mut simulation = builder.build().unwrap();
+    simulation.equilibrate(5_000, &mut ()).unwrap();
+    // The first bins resolve the layers at the base.
+    let mut chains = ChainPressureProfile::with_range(&slab, 0.5, 10.5, 20).unwrap();
+    let mut weight = Every::new(5, PressureProfile::with_range(&slab, 0.5, 10.5, 20).unwrap());
+    simulation.run(40_000, &mut (&mut chains, &mut weight)).unwrap();
+    let weight = weight.observer.points().unwrap().iter().map(|point| point.pressure).collect();
+    (chains.points().unwrap().iter().map(|point| [point.normal, point.lateral]).collect(), weight)
+}
+
+#[test]
+fn normal_pressure_carries_the_weight_layers_included() {
+    let (chains, weights) = column(Isothermal::new(5.0).unwrap(), ClosedForm);
+    for (bin, ([normal, _], weight)) in chains.iter().zip(&weights).enumerate() {
+        agree(&format!("bin {bin}"), *normal, *weight, 0.01).unwrap();
+    }
+    // The lateral pressure does not, where the spheres are layered: the check would notice.
+    let lateral =
+        chains.iter().zip(&weights).map(|([_, lateral], weight)| agree("", *lateral, *weight, 0.01));
+    assert!(lateral.filter(Result::is_err).count() > 3);
+}
+
+#[test]
+fn normal_pressure_of_a_column_in_a_temperature_gradient() {
+    // Here P/T is the pressure of the isothermal system in the effective field. The closure's field is
+    // not exactly the one of its own weight, by what the equation of state misses at the base.
+    let temperature = ExponentialTemperature::new(6.0, 0.03).unwrap();
+    let (chains, weights) = column(temperature, EquationOfStateClosure::default());
+    for (bin, ([normal, _], weight)) in chains.iter().zip(&weights).enumerate().skip(8) {
+        let slack = Estimate::new(weight.mean, weight.standard_error.hypot(0.005 * weight.mean));
+        agree(&format!("bin {bin}"), *normal, slack, 0.015).unwrap();
+    }
+}
+
+#[test]
+fn pressure_of_a_homogeneous_fluid_is_that_of_its_equation_of_state() {
+    let (packing_fraction, temperature, width) = (0.35, 2.0, 8.0);
+    let height = 40.0;
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let particles = (number_density(packing_fraction) * width * width * height) as usize;
+    let slab = Slab::new(height, width, width).unwrap();
+    let weightless = UniformField::new(0.0).unwrap();
+    assert!(weightless.acceleration(1.0).abs() < 1e-300);
+    let scene = Scene::new(slab, particles, weightless, Isothermal::new(temperature).unwrap()).unwrap();
+    let mut simulation = Simulation::builder(scene).moves(EventChains::default()).seed(4).build().unwrap();
+    simulation.equilibrate(400, &mut ()).unwrap();
+    let mut chains = ChainPressureProfile::with_range(&slab, 8.0, 32.0, 1).unwrap();
+    let mut density = DensityProfile::with_range(&slab, 8.0, 32.0, 1).unwrap();
+    simulation.run(2_000, &mut (&mut chains, &mut density)).unwrap();
+    let [point] = chains.points().unwrap()[..] else { panic!("one bin") };
+    let density = density.points().unwrap()[0];
+    let eta = density.packing_fraction.mean;
+    let expected = temperature * density.number_density.mean * ModifiedKolafa.compressibility_factor(eta);
+    // What the error of the density does to the expected pressure.
+    let factor = ModifiedKolafa.compressibility_factor(eta);
+    let slope = 1.0 + ModifiedKolafa.compressibility_derivative(eta) / factor;
+    let error = expected * slope * density.number_density.standard_error / density.number_density.mean;
+    let expected = Estimate::new(expected, error);
+    agree("normal", point.normal, expected, 0.006).unwrap();
+    agree("lateral", point.lateral, expected, 0.006).unwrap();
+}

@@ -79,10 +79,10 @@ fn pressure_of_a_homogeneous_fluid_is_that_of_its_equation_of_state() {
     assert!(weightless.acceleration(1.0).abs() < 1e-300);
     let scene = Scene::new(slab, particles, weightless, Isothermal::new(temperature).unwrap()).unwrap();
     let mut simulation = Simulation::builder(scene).moves(EventChains::default()).seed(4).build().unwrap();
-    simulation.equilibrate(400, &mut ()).unwrap();
+    simulation.equilibrate(1_000, &mut ()).unwrap();
     let mut chains = ChainPressureProfile::with_range(&slab, 8.0, 32.0, 1).unwrap();
     let mut density = DensityProfile::with_range(&slab, 8.0, 32.0, 1).unwrap();
-    simulation.run(2_000, &mut (&mut chains, &mut density)).unwrap();
+    simulation.run(8_000, &mut (&mut chains, &mut density)).unwrap();
     let [point] = chains.points().unwrap()[..] else { panic!("one bin") };
     let density = density.points().unwrap()[0];
     let eta = density.packing_fraction.mean;

@@ -3,7 +3,8 @@
 //! What counts as a trial: `Sweep` proposes one move to every sphere and counts each as accepted or
 //! rejected, those into a wall too, as gradient-mc does. `ParallelSweep` leaves out of its count the moves
 //! that leave their checkerboard space: these are rejected trials like any other, so
-//! [`proposals_per_trial`] says how many are missing.
+//! [`proposals_per_trial`] says how many are missing. It also takes one sphere from every space, crowded or
+//! not: in a column it tries the dilute top far more often, where more is accepted and a trial costs less.
 
 mod boundary;
 mod trial;
@@ -227,6 +228,7 @@ where
     let label = match (mode, displacements) {
         (Mode::Sequential, Displacements::Cube) => "hoomd-mc Sweep, cube".into(),
         (Mode::Sequential, Displacements::Ball) => "hoomd-mc Sweep, its own ball".into(),
+        (Mode::Parallel(1), _) => "hoomd-mc ParallelSweep, 1 thread".into(),
         (Mode::Parallel(threads), _) => format!("hoomd-mc ParallelSweep, {threads} threads"),
     };
     let cube = Cube(state.maximum_displacement);

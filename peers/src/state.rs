@@ -34,7 +34,7 @@ pub(crate) const STATES: [State; 3] = [
         gravity: 0.0,
         temperature: 20.0,
         maximum_displacement: 0.12,
-        hoomd: Settings { grid: Grid::Dense, cell_width: 1.0, checkerboard_width: 2.0 },
+        hoomd: Settings { grid: Grid::Dense, cell_width: 1.0, checkerboard_width: 3.0 },
     },
     State {
         name: "dilute: n = 0.1, S = 0.75",
@@ -43,7 +43,7 @@ pub(crate) const STATES: [State; 3] = [
         gravity: 0.0,
         temperature: 20.0,
         maximum_displacement: 0.75,
-        hoomd: Settings { grid: Grid::Dense, cell_width: 1.0, checkerboard_width: 2.0 },
+        hoomd: Settings { grid: Grid::Dense, cell_width: 1.6, checkerboard_width: 8.0 },
     },
     State {
         name: "column: 400 x 25 x 25, T = 20, uniform field, S = 0.75",
@@ -52,6 +52,6 @@ pub(crate) const STATES: [State; 3] = [
         gravity: 1.0,
         temperature: 20.0,
         maximum_displacement: 0.75,
-        hoomd: Settings { grid: Grid::Hashed, cell_width: 1.0, checkerboard_width: 2.0 },
+        hoomd: Settings { grid: Grid::Dense, cell_width: 2.0, checkerboard_width: 8.0 },
     },
 ];

@@ -27,12 +27,16 @@ pub(crate) enum Clock {
 
 impl Clock {
     fn seconds(self) -> f64 {
-        let time = clock_gettime(match self {
+        read(match self {
             Self::Cpu => ClockId::ThreadCPUTime,
             Self::Wall => ClockId::Monotonic,
-        });
-        time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
+        })
     }
+}
+
+fn read(clock: ClockId) -> f64 {
+    let time = clock_gettime(clock);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
 /// All turns of one engine.
@@ -42,9 +46,16 @@ pub(crate) struct Outcome {
     /// Million trials per second, one of each turn.
     pub(crate) rates: Vec<f64>,
     pub(crate) count: Count,
+    cpu: f64,
+    wall: f64,
 }
 
 impl Outcome {
+    /// Cores that it had on average. Below the number of its threads, others used the machine.
+    pub(crate) fn cores(&self) -> f64 {
+        self.cpu / self.wall
+    }
+
     pub(crate) fn rate(&self) -> f64 {
         median(self.rates.clone())
     }
@@ -85,16 +96,21 @@ pub(crate) fn contest(
         let wanted = seconds * f64::from(done) / (clock.seconds() - start);
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         sweeps.push(wanted.ceil() as u64);
-        outcomes.push(Outcome { label: engine.label(), rates: Vec::new(), count: Count::default() });
+        let (label, rates, count) = (engine.label(), Vec::new(), Count::default());
+        outcomes.push(Outcome { label, rates, count, cpu: 0.0, wall: 0.0 });
     }
     let contestants = engines.len();
     for turn in 0..turns {
         for place in 0..contestants {
             let index = (place + turn) % contestants;
+            let (cpu, wall) = (read(ClockId::ProcessCPUTime), read(ClockId::Monotonic));
             let start = clock.seconds();
             let count = engines[index].run(sweeps[index])?;
+            let elapsed = clock.seconds() - start;
             let outcome = &mut outcomes[index];
-            outcome.rates.push(1e-6 * count.trials as f64 / (clock.seconds() - start));
+            outcome.cpu += read(ClockId::ProcessCPUTime) - cpu;
+            outcome.wall += read(ClockId::Monotonic) - wall;
+            outcome.rates.push(1e-6 * count.trials as f64 / elapsed);
             outcome.count.trials += count.trials;
             outcome.count.accepted += count.accepted;
         }

@@ -43,10 +43,11 @@ struct Arguments {
 fn show(outcomes: &[Outcome], unit: &str) {
     for outcome in outcomes {
         println!(
-            "  {:<36} {:>6.2} million trials per {unit}, acceptance {:.4}",
+            "  {:<36} {:>6.2} million trials per {unit}, acceptance {:.4}, {:.2} cores",
             outcome.label,
             outcome.rate(),
-            outcome.acceptance()
+            outcome.acceptance(),
+            outcome.cores(),
         );
     }
 }

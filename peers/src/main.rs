@@ -89,6 +89,12 @@ fn threads(state: &State, positions: &[[f64; 3]], arguments: &Arguments) -> Resu
         two.over(sequential)
     );
     println!("  gradient-mc on one thread / hoomd-mc on two: {:.2}", ours.over(two));
+    if two.cores() < 1.2 {
+        println!(
+            "  NOT A MEASUREMENT of two threads: they had {:.2} cores; repeat on an idle machine",
+            two.cores()
+        );
+    }
     let proposals = hoomd::proposals_per_trial(state, state.hoomd, positions, 20)?;
     println!("  ParallelSweep proposes {proposals:.3} moves for each that it counts");
     Ok(())

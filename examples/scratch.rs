@@ -10,7 +10,7 @@ fn main() -> Result<(), Error> {
     let rev = args[6] == "rev";
     let n = (40.0 * w * w) as usize;
     let scene = Scene::new(Slab::new(400.0, w, w)?, n, UniformField::default(), Isothermal::new(t)?)?;
-    let b = Simulation::builder(scene).start(start::Uniform::default()).seed(1);
+    let b = Simulation::builder(scene).start(start::Theory).seed(1);
     let b = if length > 0.0 {
         let mut c = EventChains::with_length(length)?.vertical_fraction(vf)?;
         if rev {

@@ -410,10 +410,11 @@ fn write(flow: &Flow, points: &[EquationOfStatePoint], directory: &Path) -> Resu
     let top = (flow.depth * 1.5 / 5.0).ceil() * 5.0;
     let heights = || (0..=1000).map(move |step| f64::from(step) / 1000.0 * top);
     let height_axis = || Axis::new("height above the chute x / d", 0.0, top).with_numbers(8);
+    let densest = points.iter().map(|point| point.packing_fraction.mean).fold(1.4 * flow.wanted, f64::max);
     let packing = Panel::new(
         Place { left: 0.0, top: 0.07, width: 0.5, height: 0.93 },
         height_axis(),
-        Axis::new("packing fraction η", 0.0, (flow.wanted * 15.0).ceil() / 10.0),
+        Axis::new("packing fraction η", 0.0, (densest * 10.5).ceil() / 10.0),
     )
     .with_legend(Corner::TopRight)
     .line(

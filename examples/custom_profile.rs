@@ -26,6 +26,7 @@ use gradient_mc::drive::SelfConsistent;
 use gradient_mc::equation_of_state::{ModifiedKolafa, number_density};
 use gradient_mc::field::UniformField;
 use gradient_mc::hydrostatics::{HydrostaticProfile, Hydrostatics};
+use gradient_mc::moves::EventChains;
 use gradient_mc::observers::{CenterOfMass, EquationOfStatePoint, EquationOfStateProfile};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::Isothermal;
@@ -57,10 +58,10 @@ struct Arguments {
     #[arg(long, default_value_t = 10.0)]
     width: f64,
     /// Sweeps measured in each of four replicas
-    #[arg(long, default_value_t = 80_000, value_parser = clap::value_parser!(u64).range(80..=MOST_SWEEPS))]
+    #[arg(long, default_value_t = 6_000, value_parser = clap::value_parser!(u64).range(80..=MOST_SWEEPS))]
     sweeps: u64,
     /// Sweeps before the measurement
-    #[arg(long, default_value_t = 120_000, value_parser = clap::value_parser!(u64).range(0..=MOST_SWEEPS))]
+    #[arg(long, default_value_t = 6_000, value_parser = clap::value_parser!(u64).range(0..=MOST_SWEEPS))]
     equilibration: u64,
 }
 
@@ -147,7 +148,7 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let measured = replicas::in_parallel(arguments.shared.threads, (0..REPLICAS).collect(), |replica| {
         let builder = Simulation::builder(scene)
             .scheme(SelfConsistent::default())
-            .maximum_displacement(0.35)
+            .moves(EventChains::default())
             .seed(arguments.shared.seed.wrapping_add(replica));
         let mut simulation = if replica % 2 == 0 {
             builder.start(gas).build()?

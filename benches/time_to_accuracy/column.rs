@@ -7,10 +7,10 @@ use std::fmt;
 pub(crate) const TEMPERATURE: f64 = 20.0;
 pub(crate) const HEIGHT: f64 = 400.0;
 const COLUMN_DENSITY: f64 = 40.0;
-/// Bins are one diameter high.
-const BINS: usize = 400;
-/// Below it the layers at the wall.
-const BULK_BEGINS: usize = 8;
+const BINS: usize = 100;
+const BIN_HEIGHT: f64 = 4.0;
+/// Below this bin are the layers at the wall.
+const BULK_BEGINS: usize = 2;
 /// Packing fraction 0.05, in spheres per cubic diameter.
 const BULK_DENSITY: f64 = 0.0955;
 
@@ -41,9 +41,9 @@ impl Profile {
     }
 }
 
-/// Makes sweeps, and averages over some 250 configurations on the way.
+/// Makes sweeps, and averages over every fifth configuration; over more of a short stretch.
 pub(crate) fn observe(engine: &mut dyn Engine, width: f64, sweeps: u64) -> Result<Profile, Failure> {
-    let interval = (sweeps / 250).max(1);
+    let interval = (sweeps / 250).clamp(1, 5);
     let (mut counts, mut sum, mut spheres, mut frames, mut done) = (vec![0.0; BINS], 0.0, 0.0, 0.0, 0);
     while done < sweeps {
         let stretch = interval.min(sweeps - done);
@@ -52,22 +52,22 @@ pub(crate) fn observe(engine: &mut dyn Engine, width: f64, sweeps: u64) -> Resul
         frames += 1.0;
         engine.heights(&mut |height| {
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-            let bin = (height as usize).min(BINS - 1);
+            let bin = ((height / BIN_HEIGHT) as usize).min(BINS - 1);
             counts[bin] += 1.0;
             sum += height;
             spheres += 1.0;
         });
     }
     let area = width * width;
-    let density: Vec<f64> = counts.iter().map(|count| count / (frames * area)).collect();
+    let density: Vec<f64> = counts.iter().map(|count| count / (frames * area * BIN_HEIGHT)).collect();
     // The weight above the middle of the bin.
     let mut above = 0.0;
     let mut pressure: Vec<f64> = density
         .iter()
         .rev()
         .map(|density| {
-            above += density;
-            above - 0.5 * density
+            above += density * BIN_HEIGHT;
+            above - 0.5 * density * BIN_HEIGHT
         })
         .collect();
     pressure.reverse();

@@ -29,7 +29,7 @@ use std::path::PathBuf;
 #[derive(Parser, Debug)]
 struct Arguments {
     /// Side of the square base, in diameters; the paper's is 25
-    #[arg(long, default_value_t = 7.0)]
+    #[arg(long, default_value_t = 5.0)]
     width: f64,
     /// Independent replicas of every method
     #[arg(long, default_value_t = 4)]
@@ -38,7 +38,7 @@ struct Arguments {
     #[arg(long, default_value_t = 0.005)]
     target: f64,
     /// CPU seconds after which a replica gives up
-    #[arg(long, default_value_t = 60.0)]
+    #[arg(long, default_value_t = 40.0)]
     patience: f64,
     /// Directory for the table and the picture
     #[arg(long, default_value = "out/time_to_accuracy")]
@@ -89,13 +89,13 @@ fn main() -> Result<(), Failure> {
 /// A profile with an error far below what is to be measured.
 fn reference(arguments: &Arguments) -> Result<Profile, Failure> {
     const REPLICAS: u64 = 4;
-    let relaxation = 3_000;
+    let relaxation = 4_000;
     let profiles: Vec<Profile> = (0..REPLICAS)
         .into_par_iter()
         .map(|replica| {
             let mut engine = Method::ChainsFromTheory.engine(arguments.width, 1_000 + replica)?;
             engine.sweep(relaxation)?;
-            column::observe(&mut *engine, arguments.width, 12 * relaxation)
+            column::observe(&mut *engine, arguments.width, 50 * relaxation)
         })
         .collect::<Result<_, Failure>>()?;
     Ok(Profile::mean(&profiles))
@@ -143,8 +143,11 @@ fn crossing(checkpoints: &[Checkpoint], target: f64, error: impl Fn(&Errors) -> 
     Some(before.seconds * libm::pow(after.seconds / before.seconds, part))
 }
 
+/// One of the errors.
+type Quantity = fn(&Errors) -> f64;
+
 fn table(runs: &[(Method, Vec<Checkpoint>)], target: f64) -> Table {
-    let quantities: [(&str, fn(&Errors) -> f64); 3] = [
+    let quantities: [(&str, Quantity); 3] = [
         ("h_c", |errors| errors.center_of_mass),
         ("n(x)", |errors| errors.density),
         ("P(x)", |errors| errors.pressure),

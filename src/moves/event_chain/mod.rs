@@ -23,6 +23,12 @@ pub enum FieldEvent {
     Relocate,
     /// The sphere itself turns round. Correct as well, and slow: the chain undoes what it has done.
     Reverse,
+    /// Wrong, to show that tests notice: any sphere, without the weight |u'|.
+    #[cfg(test)]
+    Unweighted,
+    /// Wrong, to show that tests notice: a sphere drawn as for `Relocate`, but sent uphill.
+    #[cfg(test)]
+    Uphill,
 }
 
 /// Straight event chains (Bernard, Krauth and Wilson, doi:10.1103/PhysRevE.80.056704; the field as a factor
@@ -173,7 +179,7 @@ impl Engine {
     ) -> Result<(), Error> {
         let slab = *sweep.configuration.slab();
         self.length.path += left;
-        let mut patience = Patience::new(left);
+        let mut patience = Patience::new(left, sweep.phase);
         // The field's clock: it strikes when the bound of the force, integrated along the path, uses it up.
         let mut clock = exponential(sweep.generator);
         loop {
@@ -192,7 +198,9 @@ impl Engine {
             let new_height = (height + signed).clamp(slab.lowest_center(), slab.highest_center());
             sweep.displace(sphere, position, 0, signed, new_height);
             left -= distance;
-            patience.lose(left)?;
+            if !patience.lasts(left)? {
+                return Ok(());
+            }
             match stop {
                 Stop::End => return Ok(()),
                 Stop::Contact(contact) => {
@@ -232,7 +240,7 @@ impl Engine {
         /// turn round where forces differ much.
         const STEPS: u32 = 4;
         let (mut chosen, mut chosen_force) = (sphere, force);
-        if self.chains.field_event == FieldEvent::Relocate {
+        if self.chains.field_event != FieldEvent::Reverse {
             for _ in 0..STEPS {
                 let other = index(sweep.generator, sweep.configuration.len());
                 let height = sweep.configuration.position(other)[0];
@@ -240,11 +248,20 @@ impl Engine {
                 if other_force.is_nan() {
                     return Err(Error::InvalidForce { height, force: other_force, bound: f64::MAX });
                 }
+                #[cfg(test)]
+                if self.chains.field_event == FieldEvent::Unweighted {
+                    (chosen, chosen_force) = (other, other_force);
+                    continue;
+                }
                 // Metropolis for the distribution |u'|.
                 if other_force.abs() >= chosen_force.abs() * unit(sweep.generator) && other_force != 0.0 {
                     (chosen, chosen_force) = (other, other_force);
                 }
             }
+        }
+        #[cfg(test)]
+        if self.chains.field_event == FieldEvent::Uphill {
+            return Ok((chosen, chosen_force > 0.0));
         }
         Ok((chosen, chosen_force < 0.0))
     }
@@ -286,28 +303,48 @@ impl ChainLength {
 }
 
 /// Guards against chains that go on for ever without getting anywhere, where spheres touch all along
-/// the way.
+/// the way or the force is immense.
+///
+/// While equilibrating, when no balance has to be kept yet, such a chain is given up early and quietly: crystals
+/// to start from are jammed until they have melted. In production it is an error, since giving up
+/// where spheres are dense would favour what is not.
 struct Patience {
-    events: f64,
+    phase: Phase,
     length: f64,
+    /// Straight pieces since the mark.
+    pieces: u32,
+    /// Length that was left at the mark.
+    mark: f64,
 }
 
 impl Patience {
-    /// Events per diameter that no configuration needs unless it is jammed to a ten-thousandth of a
-    /// diameter.
-    const EVENTS_PER_DIAMETER: f64 = 1e4;
+    /// Straight pieces within which a chain must advance by one diameter. Only spheres that are jammed to a
+    /// hundred-thousandth of a diameter need more.
+    const PIECES: u32 = 100_000;
+    /// The same while equilibrating.
+    const PIECES_IN_EQUILIBRATION: u32 = 10_000;
 
-    fn new(length: f64) -> Self {
-        Self { events: 1e4 + Self::EVENTS_PER_DIAMETER * length, length }
+    fn new(length: f64, phase: Phase) -> Self {
+        Self { phase, length, pieces: 0, mark: length }
     }
 
+    /// Whether the chain, which has `left` to go, may go on.
     #[inline]
-    fn lose(&mut self, left: f64) -> Result<(), Error> {
-        self.events -= 1.0;
-        if self.events > 0.0 {
-            return Ok(());
+    fn lasts(&mut self, left: f64) -> Result<bool, Error> {
+        self.pieces += 1;
+        if self.pieces < Self::PIECES_IN_EQUILIBRATION { Ok(true) } else { self.look(left) }
+    }
+
+    #[cold]
+    fn look(&mut self, left: f64) -> Result<bool, Error> {
+        if self.mark - left >= 1.0 {
+            (self.pieces, self.mark) = (0, left);
+        } else if self.phase == Phase::Equilibration {
+            return Ok(false);
+        } else if self.pieces >= Self::PIECES {
+            return Err(Error::ChainStuck { length: self.length, path: self.length - left });
         }
-        Err(Error::ChainStuck { length: self.length, path: self.length - left })
+        Ok(true)
     }
 }
 
@@ -331,7 +368,7 @@ fn lateral_chain<F, T, D>(
     mut left: f64,
 ) -> Result<(), Error> {
     let width = sweep.configuration.slab().widths()[axis - 1];
-    let mut patience = Patience::new(left);
+    let mut patience = Patience::new(left, sweep.phase);
     loop {
         let position = sweep.configuration.position(sphere);
         // Beyond half the width an image would be nearer.
@@ -341,7 +378,9 @@ fn lateral_chain<F, T, D>(
         let coordinate = wrap(position[axis] + distance, width);
         sweep.displace(sphere, position, axis, distance, coordinate);
         left -= distance;
-        patience.lose(left)?;
+        if !patience.lasts(left)? {
+            return Ok(());
+        }
         if let Some(contact) = contact {
             sweep.collide(axis, position[0], contact);
             sphere = contact.sphere;
@@ -376,3 +415,6 @@ impl<F, T, D> Sweep<'_, F, T, D> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -38,9 +38,10 @@ fn check_invariants(slab: &Slab, positions: &[Vector3<f64>]) {
 impl Observer for Invariants {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         self.observed += 1;
-        // Local moves only, or chains only.
+        // Chains may come with local moves.
         let local = frame.tally().chains == 0;
-        assert_eq!(frame.tally().trials, if local { self.observed * frame.particles() as u64 } else { 0 });
+        let trials = self.observed * frame.particles() as u64;
+        assert!(frame.tally().trials == trials || !local && frame.tally().trials == 0);
         assert!(frame.tally().accepted <= frame.tally().trials);
         check_invariants(frame.slab(), &frame.positions().collect::<Vec<_>>());
         Ok(())
@@ -58,7 +59,7 @@ enum SchemeCase {
 #[derive(Debug, Clone, Copy)]
 enum MovesCase {
     Local(f64),
-    Chains { length: Option<f64>, vertical_fraction: f64, field_event: FieldEvent },
+    Chains { length: Option<f64>, vertical_fraction: f64, field_event: FieldEvent, alone: bool },
 }
 
 impl MovesCase {
@@ -69,9 +70,10 @@ impl MovesCase {
                 let slab = Slab::new(extents[0], extents[1], extents[2]).unwrap();
                 LocalMoves::new(displacement * 0.5 * smallest, &slab).unwrap().into()
             }
-            Self::Chains { length, vertical_fraction, field_event } => {
+            Self::Chains { length, vertical_fraction, field_event, alone } => {
                 let chains =
                     length.map_or(EventChains::default(), |length| EventChains::with_length(length).unwrap());
+                let chains = if alone { chains.local_moves(None) } else { chains };
                 chains.field_event(field_event).vertical_fraction(vertical_fraction).unwrap().into()
             }
         }
@@ -86,9 +88,11 @@ fn moves_case() -> impl Strategy<Value = MovesCase> {
     let field_event = prop::sample::select(vec![FieldEvent::Relocate, FieldEvent::Reverse]);
     prop_oneof![
         displacement.prop_map(MovesCase::Local),
-        (length, 0.05..0.95_f64, field_event).prop_map(|(length, vertical_fraction, field_event)| {
-            MovesCase::Chains { length, vertical_fraction, field_event }
-        }),
+        (length, 0.05..0.95_f64, field_event, any::<bool>()).prop_map(
+            |(length, vertical_fraction, field_event, alone)| {
+                MovesCase::Chains { length, vertical_fraction, field_event, alone }
+            }
+        ),
     ]
 }
 

@@ -37,7 +37,7 @@ fn check<F: Field>(rule: FieldEvent, height: f64, field: F, temperature: f64) ->
     let exact = exact_mean_height(height, |x| field.potential(x) / temperature);
     let slab = Slab::new(height, SIDE, SIDE).unwrap();
     let scene = Scene::new(slab, 2, field, Isothermal::new(temperature).unwrap()).unwrap();
-    let chains = EventChains::with_length(3.0).unwrap().field_event(rule);
+    let chains = EventChains::with_length(3.0).unwrap().field_event(rule).local_moves(None);
     let mut simulation = Simulation::builder(scene).moves(chains).seed(8).build().unwrap();
     let mut heights = Every::new(10, CenterOfMass::new());
     simulation.equilibrate(20_000, &mut ()).unwrap();

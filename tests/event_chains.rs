@@ -190,7 +190,7 @@ impl<T: TemperatureProfile + Copy> Column<T> {
         scene
     }
 
-    /// Contact density, h_c, and n(x) in bins of one diameter from the base, of one run. The contact
+    /// Contact density, `h_c`, and n(x) in bins of one diameter from the base, of one run. The contact
     /// theorem holds.
     fn observe<S>(&self, scheme: S, moves: Moves, sweeps: u64) -> Result<Vec<Estimate>, String>
     where

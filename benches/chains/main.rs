@@ -4,17 +4,17 @@
 //! base (default 5, for 1000 spheres); only rows whose name contains ROW are measured.
 //! The paper's column at temperature 20, N/A = 40. All times are CPU time of this thread.
 //!
-//! - h_c: two columns, equilibrated at higher and lower temperature, go on at T = 20; the relaxation time is
+//! - `h_c`: two columns, equilibrated at higher and lower temperature, go on at T = 20; the relaxation time is
 //!   the area under the difference of their centres of mass, over its value at first. In linear response
-//!   that is the integrated autocorrelation time of h_c, at a fraction of the cost of measuring it in
+//!   that is the integrated autocorrelation time of `h_c`, at a fraction of the cost of measuring it in
 //!   equilibrium. What was cut off is taken for the rest of an exponential.
 //! - layer, bulk: integrated autocorrelation time of the number of spheres between 0.5 and 1, where structure is
 //!   strongest, and between 20 and 20.5. The automatic window loses slow modes of small amplitude, so
-//!   that these are lower limits where h_c is slow.
+//!   that these are lower limits where `h_c` is slow.
 //!
 //! First the Newtonian chains, which are not the library's, are checked against exact results.
 
-#![allow(clippy::print_stdout)]
+#![allow(clippy::print_stdout, clippy::needless_range_loop)]
 
 mod newtonian;
 
@@ -32,7 +32,7 @@ const TEMPERATURE: f64 = 20.0;
 const SIDES: [f64; 2] = [26.0, 15.0];
 const COLUMN_DENSITY: f64 = 40.0;
 const HEIGHT: f64 = 400.0;
-/// dh_c/dT at T = 20, by Carnahan and Starling, for Var(h_c) = T²/N dh_c/dT.
+/// Slope of the centre of mass against T at T = 20, by Carnahan and Starling; T²/N times it is the variance.
 const SLOPE: f64 = 1.2434;
 const LAYER: f64 = 1.0;
 const BULK: f64 = 20.0;

@@ -37,7 +37,7 @@ pub enum FieldEvent {
 /// A sphere moves along an axis until it touches another, which moves on in the same direction, until
 /// the chain has used up its length. Nothing is ever rejected. Along x a sphere that goes uphill in the reduced
 /// potential u is stopped by the field at the rate |u'| per distance; then the chain continues as
-/// [`FieldEvent`] says. A wall turns a sphere round.
+/// [`FieldEvent`] says. A wall turns a sphere round. A sweep of [local moves](Self::local_moves) follows the chains.
 ///
 /// Chains hold global balance, not detailed balance; the proof is in `docs/event_chains.md`.
 ///

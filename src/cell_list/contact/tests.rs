@@ -123,7 +123,9 @@ fn check(
 
 fn check_all(extents: [f64; 3], positions: &[[f64; 3]]) {
     let mut list = CellList::new(&Slab::new(extents[0], extents[1], extents[2]).unwrap());
-    positions.iter().for_each(|&position| list.insert(position));
+    for &position in positions {
+        list.insert(position);
+    }
     for moving in 0..positions.len() {
         for axis in 0..3 {
             check(extents, positions, &list, moving, axis, true);
@@ -233,7 +235,9 @@ fn touching_rows_pass_the_motion_on_at_once() {
             let positions = row(axis);
             check_all(extents, &positions);
             let mut list = CellList::new(&Slab::new(extents[0], extents[1], extents[2]).unwrap());
-            positions.iter().for_each(|&position| list.insert(position));
+            for &position in &positions {
+                list.insert(position);
+            }
             for (sphere, &position) in positions.iter().enumerate() {
                 let contact = list.first_contact(sphere, position, axis, true, 0.5 * width).unwrap();
                 assert!(contact.distance < 1e-14);

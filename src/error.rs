@@ -122,7 +122,7 @@ pub enum Error {
     /// An event chain passed from sphere to sphere without getting ahead.
     #[error(
         "an event chain of {length} diameters is stuck after {path}: spheres touch all along its way; \
-         loosen the packing, or equilibrate with local moves first"
+         loosen the packing, or equilibrate longer before measuring"
     )]
     ChainStuck {
         /// Length that the chain was to have, in diameters.

@@ -173,3 +173,6 @@ impl CellList {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

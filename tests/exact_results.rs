@@ -222,7 +222,7 @@ fn fluctuation_of_the_center_of_mass() {
     let slope_error = high.standard_error.hypot(low.standard_error) / (2.0 * step);
     let factor = temperature * temperature / particles as f64;
     let expected = factor * slope;
-    let variance = at(temperature, 31, 3_000_000).variance().unwrap();
+    let variance = at(temperature, 31, 4_000_000).variance().unwrap();
     let difference = Estimate::new(
         variance.mean / expected - 1.0,
         variance.standard_error.hypot(factor * slope_error) / expected,

@@ -245,7 +245,8 @@ fn fields_that_turn_bad_at_some_height() {
 fn a_flaw_that_no_probe_meets_ends_the_run() {
     // Between two probes of the potential, which are 50/4096 apart.
     let probe = 50.0 / 4096.0;
-    let window = [164.1 * probe, 164.9 * probe];
+    // Between two layers of the start, too.
+    let window = [200.1 * probe, 200.9 * probe];
     for potential in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let field = Flawed { window, acceleration: 1.0, potential };
         let scene = Scene::new(slab(), 50, field, warm()).unwrap();

@@ -144,6 +144,11 @@ impl Protocol {
         })
     }
 
+    /// The moves as they stand on the command line.
+    pub(crate) fn moves_name(&self) -> String {
+        name_of(&self.moves)
+    }
+
     pub(crate) fn slab(&self) -> Result<Slab, Failure> {
         Ok(Slab::new(Self::HEIGHT, self.width(), self.width())?)
     }
@@ -182,7 +187,7 @@ impl fmt::Display for Protocol {
             self.width(),
             self.width(),
             name_of(&self.start),
-            name_of(&self.moves),
+            self.moves_name(),
             self.replicas,
             self.equilibration,
             self.intervals.iter().sum::<u64>(),

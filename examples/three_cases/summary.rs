@@ -1,6 +1,6 @@
 //! What is printed: the table of the cases, and what it does and does not show.
 
-use super::protocol::{Protocol, StartChoice};
+use super::protocol::{MovesChoice, Protocol, StartChoice};
 use super::report::{BULK_BEGINS, BULK_DENSITY, Comparison, Report};
 use crate::common::progress::in_words;
 use crate::common::replicas::thread_count;
@@ -107,27 +107,45 @@ pub(crate) fn remarks(protocol: &Protocol, reports: &[Report], threads: usize, e
         }
     }
     if protocol.start == StartChoice::Theory {
-        let moves: u64 = reports.iter().map(Report::moves).sum();
+        let OtherSide { particles, sweeps, memory } = OtherSide::of(protocol.moves);
+        // As if no replica had been interrupted.
+        let sweeps_made = protocol.sweeps_per_replica() * protocol.replicas * reports.len() as u64;
+        let spheres_moved = protocol.particles as f64 * sweeps_made as f64;
         let busy: f64 = reports.iter().map(|report| report.busy.as_secs_f64()).sum();
-        let sweeps = 2 * OTHER_SIDE_SWEEPS * protocol.replicas * reports.len() as u64;
-        let seconds =
-            OTHER_SIDE_PARTICLES as f64 * sweeps as f64 * busy / moves as f64 / thread_count(threads) as f64;
+        let work = particles as f64 * (2 * sweeps * protocol.replicas * reports.len() as u64) as f64;
+        let seconds = work * busy / spheres_moved / thread_count(threads) as f64;
+        let moves = protocol.moves_name();
         text.push_str(&format!(
-            "\nEvery replica started at the profile of theory, and a column forgets its start only over some ten\n\
-             thousand sweeps: h_c near theory proves nothing by itself, nor does a small drift. To see the steady\n\
-             state reached from above and from below, on a smaller base (about {} each):\n\n  \
-             cargo run --release --example three_cases -- --particles {OTHER_SIDE_PARTICLES} \
-             --equilibration {OTHER_SIDE_SWEEPS} --sweeps {OTHER_SIDE_SWEEPS} --start uniform --out out/from_above\n  \
-             cargo run --release --example three_cases -- --particles {OTHER_SIDE_PARTICLES} \
-             --equilibration {OTHER_SIDE_SWEEPS} --sweeps {OTHER_SIDE_SWEEPS} --start compact --out out/from_below\n",
+            "\nEvery replica started at the profile of theory, and by these moves a column forgets its start over\n\
+             some {memory} sweeps: h_c near theory proves nothing by itself, nor does a small drift. To see the steady\n\
+             state reached from above and from below (about {} each):\n\n",
             in_words(Duration::from_secs_f64(seconds)),
         ));
+        for (start, out) in [("uniform", "from_above"), ("compact", "from_below")] {
+            text.push_str(&format!(
+                "  cargo run --release --example three_cases -- --moves {moves} --particles {particles} \
+                 --equilibration {sweeps} --sweeps {sweeps} --start {start} --out out/{out}\n"
+            ));
+        }
     }
     text
 }
 
 /// A drift of more standard errors than this is no accident.
 const DRIFT_TOLERANCE: f64 = 3.0;
-/// A base small enough to wait for the column to forget where it started.
-const OTHER_SIDE_PARTICLES: u64 = 1000;
-const OTHER_SIDE_SWEEPS: u64 = 100_000;
+
+/// A run long enough for the column to forget where it started.
+struct OtherSide {
+    particles: u64,
+    sweeps: u64,
+    memory: &'static str,
+}
+
+impl OtherSide {
+    fn of(moves: MovesChoice) -> Self {
+        match moves {
+            MovesChoice::Chains => Self { particles: 4000, sweeps: 5000, memory: "thousand" },
+            MovesChoice::Local => Self { particles: 1000, sweeps: 100_000, memory: "ten thousand" },
+        }
+    }
+}

@@ -3,8 +3,7 @@
 mod force_bound;
 
 use super::Sweep;
-use crate::cell_list::Contact;
-use crate::configuration::wrap;
+use crate::configuration::{Contact, wrap};
 use crate::drive::{Drive, Phase};
 use crate::observer::{AcceptedMove, Collision};
 use crate::random::{exponential, index, unit};
@@ -138,6 +137,7 @@ impl Engine {
             self.length.tune(sweep.scene.slab().height());
         }
         let particles = sweep.configuration.len();
+        sweep.configuration.track();
         // What one sweep uses too much, later ones use less. Lengths do not depend on the configuration,
         // so neither does where a sweep ends.
         self.advance -= EventChains::PATH_PER_SPHERE * particles as f64;

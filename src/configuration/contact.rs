@@ -1,6 +1,8 @@
 //! The first sphere that a sphere meets when it moves straight along an axis.
 
-use super::{CellList, NONE, PADDING, Page, SLOTS};
+use super::Configuration;
+use super::grid::periodic_neighbours;
+use super::layer::{Layer, Sphere};
 
 /// What stops a sphere that moves along an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,30 +46,35 @@ impl Search {
     }
 
     #[inline]
-    fn consider(&mut self, page: &Page) {
-        for slot in 0..SLOTS {
-            let other = page.get(slot);
-            let ahead = self.ahead(other[self.axis]);
-            let across = match self.axis {
-                0 => [self.image(1, other[1]), self.image(2, other[2])],
-                1 => [self.position[0] - other[0], self.image(2, other[2])],
-                _ => [self.position[0] - other[0], self.image(1, other[1])],
-            };
-            let room = self.contact - across[0] * across[0] - across[1] * across[1];
-            if room > 0.0 && ahead > 0.0 && page.occupants[slot] != self.moving {
-                // A pair that already touches to rounding passes the motion on at once.
-                let distance = (ahead - room.sqrt()).max(0.0);
-                if distance < self.nearest {
-                    (self.nearest, self.found, self.separation) =
-                        (distance, page.occupants[slot], ahead - distance);
-                }
+    fn consider(&mut self, sphere: &Sphere) {
+        let other = sphere.position;
+        let ahead = self.ahead(other[self.axis]);
+        let across = match self.axis {
+            0 => [self.image(1, other[1]), self.image(2, other[2])],
+            1 => [self.position[0] - other[0], self.image(2, other[2])],
+            _ => [self.position[0] - other[0], self.image(1, other[1])],
+        };
+        let room = self.contact - across[0] * across[0] - across[1] * across[1];
+        if room > 0.0 && ahead > 0.0 && sphere.number != self.moving {
+            // A pair that already touches to rounding passes the motion on at once.
+            let distance = (ahead - room.sqrt()).max(0.0);
+            if distance < self.nearest {
+                (self.nearest, self.found, self.separation) = (distance, sphere.number, ahead - distance);
             }
+        }
+    }
+
+    /// The spheres of a cell.
+    #[inline]
+    fn consider_cell(&mut self, layer: &Layer, cell: usize) {
+        for index in layer.indices_in(cell) {
+            self.consider(&layer.spheres[index as usize]);
         }
     }
 }
 
-impl CellList {
-    /// The first sphere that `sphere`, at `position`, touches on its way along `axis` (`forward` or
+impl Configuration {
+    /// The first sphere that `sphere` touches on its way along `axis` (`forward` or
     /// backward) within `limit`, if there is one.
     ///
     /// Spheres touch at a distance that exceeds one diameter by a few roundings of the largest coordinate,
@@ -77,11 +84,11 @@ impl CellList {
     pub(crate) fn first_contact(
         &self,
         sphere: usize,
-        position: [f64; 3],
         axis: usize,
         forward: bool,
         limit: f64,
     ) -> Option<Contact> {
+        let position = self.position(sphere);
         // The scene limits the number of spheres to u32.
         #[allow(clippy::cast_possible_truncation)]
         let moving = sphere as u32;
@@ -90,16 +97,16 @@ impl CellList {
             position,
             axis,
             forward,
-            contact: self.contact,
-            widths: self.widths,
+            contact: self.grid.contact,
+            widths: self.grid.widths,
             nearest: limit,
             found: u32::MAX,
             separation: f64::NAN,
         };
-        let start = [0, 1, 2].map(|axis| self.coordinate(axis, position[axis]));
+        let start = [0, 1, 2].map(|axis| self.grid.coordinate(axis, position[axis]));
         let mut layer = start[axis];
         // From the position to the near side of the layer, less what a sphere there reaches out.
-        let side = 1.0 / self.inverse_sides[axis];
+        let side = self.grid.sides[axis];
         let within = position[axis] - layer as f64 * side;
         let mut reach = if forward { -within } else { within - side } - 1.0 - 1e-9;
         loop {
@@ -109,10 +116,10 @@ impl CellList {
                 break;
             }
             layer = match (axis, forward) {
-                (0, true) if layer + 1 == self.cells[0] => break,
+                (0, true) if layer + 1 == self.grid.cells[0] => break,
                 (0, false) if layer == 0 => break,
                 (_, true) => {
-                    if layer + 1 == self.cells[axis] {
+                    if layer + 1 == self.grid.cells[axis] {
                         0
                     } else {
                         layer + 1
@@ -120,7 +127,7 @@ impl CellList {
                 }
                 (_, false) => {
                     if layer == 0 {
-                        self.cells[axis] - 1
+                        self.grid.cells[axis] - 1
                     } else {
                         layer - 1
                     }
@@ -137,38 +144,23 @@ impl CellList {
     /// The spheres of the nine cells around `start` across the axis, in one layer along it.
     #[inline]
     fn consider_layer(&self, search: &mut Search, start: [usize; 3], layer: usize) {
-        let mut occupied = [NONE; 9];
-        let mut pages = 0;
-        let mut gather = |head: u32| {
-            occupied[pages] = head;
-            pages += usize::from(head != NONE);
-        };
-        let across = |axis: usize| Self::periodic_neighbours(start[axis], self.cells[axis]);
+        let across = |axis: usize| periodic_neighbours(start[axis], self.grid.cells[axis]);
+        let cell = |y: usize, z: usize| self.grid.cell(y, z);
         match search.axis {
             0 => {
-                for z in across(2) {
-                    for y in across(1) {
-                        gather(self.heads[self.cell(layer, y, z)]);
+                for y in across(1) {
+                    for z in across(2) {
+                        search.consider_cell(&self.layers[layer + 1], cell(y, z));
                     }
                 }
             }
             axis => {
-                for other in across(3 - axis) {
-                    let (y, z) = if axis == 1 { (layer, other) } else { (other, layer) };
-                    let first = self.cell(start[0], y, z) - PADDING;
-                    self.heads[first..first + 3].iter().for_each(|&head| gather(head));
+                for height in start[0]..start[0] + 3 {
+                    for other in across(3 - axis) {
+                        let (y, z) = if axis == 1 { (layer, other) } else { (other, layer) };
+                        search.consider_cell(&self.layers[height], cell(y, z));
+                    }
                 }
-            }
-        }
-        for &head in &occupied[..pages] {
-            let mut index = head as usize;
-            loop {
-                let page = &self.pages[index];
-                search.consider(page);
-                if page.next == NONE {
-                    break;
-                }
-                index = page.next as usize;
             }
         }
     }

@@ -72,7 +72,7 @@ fn compare(name: &str, number_density: f64, displacement: f64) -> Result<(), Err
         let start = Positions(positions.clone());
         Simulation::builder(scene).start(start).maximum_displacement(displacement).seed(2)
     };
-    let mut plain = PlainColumn::new(height, WIDTH, TEMPERATURE, displacement, &positions);
+    let mut plain = PlainColumn::new(height, WIDTH, TEMPERATURE, displacement, &positions, 1);
     let mut library = builder().build()?;
     let mut by_hand = builder().scheme(ByHand).build()?;
     let mut rates = [Vec::new(), Vec::new(), Vec::new()];

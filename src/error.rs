@@ -7,7 +7,7 @@ use thiserror::Error;
 #[non_exhaustive]
 pub enum Error {
     /// A number is outside the range in which it makes sense.
-    #[error("{name} = {value} is not usable: {requirement}")]
+    #[error("{name} = {value} is not usable: {requirement}", value = figures(*value))]
     InvalidParameter {
         /// Name of the parameter, in the words of the documentation.
         name: &'static str,
@@ -17,7 +17,10 @@ pub enum Error {
         requirement: &'static str,
     },
     /// A slab side is too short for the minimum-image convention or for a single sphere.
-    #[error("the slab is {extent} diameters in {direction}, but at least {minimum} are needed: enlarge it")]
+    #[error(
+        "the slab is {extent} diameters in {direction}, but at least {minimum} are needed: enlarge it",
+        extent = figures(*extent), minimum = figures(*minimum)
+    )]
     SlabTooSmall {
         /// Axis: `x` (height), `y` or `z`.
         direction: char,
@@ -29,7 +32,7 @@ pub enum Error {
     /// A slab whose cell list would not fit in memory.
     #[error(
         "the slab has a volume of {volume} cubic diameters, above the limit of {limit}: \
-         lower the lid or take a smaller base"
+         lower the lid or take a smaller base", volume = figures(*volume), limit = figures(*limit)
     )]
     SlabTooLarge {
         /// Volume that was given, in cubic diameters.
@@ -53,7 +56,8 @@ pub enum Error {
     /// A field is not finite at some height of the slab.
     #[error(
         "the field gives acceleration {acceleration} and potential {potential} at height {height}: \
-         both must be finite over the whole slab"
+         both must be finite over the whole slab",
+        height = figures(*height), acceleration = figures(*acceleration), potential = figures(*potential)
     )]
     InvalidField {
         /// Height of the offending value.
@@ -67,7 +71,9 @@ pub enum Error {
     #[error(
         "around height {height} the field's potential rises by {potential_difference}, but its \
          acceleration integrates to {acceleration_integral}: `potential` must be the integral of \
-         `acceleration`; implement only `potential` to have the other derived"
+         `acceleration`; implement only `potential` to have the other derived",
+        height = figures(*height), potential_difference = figures(*potential_difference),
+        acceleration_integral = figures(*acceleration_integral)
     )]
     InconsistentField {
         /// Middle of the interval that was compared.
@@ -80,7 +86,8 @@ pub enum Error {
     /// A temperature is not positive and finite at some height of the slab.
     #[error(
         "the temperature is {temperature} at height {height}: it must be positive and finite over the \
-         whole slab; lower the lid or change the profile"
+         whole slab; lower the lid or change the profile",
+        height = figures(*height), temperature = figures(*temperature)
     )]
     InvalidTemperature {
         /// Height of the offending value.
@@ -89,7 +96,10 @@ pub enum Error {
         temperature: f64,
     },
     /// The effective potential of a non-isothermal scene is not finite at some height.
-    #[error("the reduced potential is {potential} at height {height}: the scene is too steep there")]
+    #[error(
+        "the reduced potential is {potential} at height {height}: the scene is too steep there",
+        height = figures(*height), potential = figures(*potential)
+    )]
     InvalidPotential {
         /// Height of the offending value.
         height: f64,
@@ -112,7 +122,7 @@ pub enum Error {
     /// An event chain passed from sphere to sphere without getting ahead.
     #[error(
         "an event chain of {length} diameters is stuck after {path}: spheres touch all along its way; \
-         loosen the packing, or equilibrate with local moves first"
+         loosen the packing, or equilibrate longer before measuring"
     )]
     ChainStuck {
         /// Length that the chain was to have, in diameters.
@@ -121,7 +131,10 @@ pub enum Error {
         path: f64,
     },
     /// A profile of bins was asked for that has no bins, or too many to be sensible.
-    #[error("{bins} bins over {extent} diameters is not usable: take between 1 and {maximum}")]
+    #[error(
+        "{bins} bins over {extent} diameters is not usable: take between 1 and {maximum}",
+        extent = figures(*extent)
+    )]
     InvalidBins {
         /// Number of bins that was asked for.
         bins: usize,
@@ -132,7 +145,8 @@ pub enum Error {
     },
     /// Two given spheres overlap.
     #[error(
-        "spheres {first} and {second} overlap: their centres are {distance} diameters apart, less than 1"
+        "spheres {first} and {second} overlap: their centres are {distance} diameters apart, less than 1",
+        distance = figures(*distance)
     )]
     Overlap {
         /// Index of the first sphere.
@@ -145,7 +159,8 @@ pub enum Error {
     /// A given sphere lies outside the slab, or a coordinate is not a number.
     #[error(
         "sphere {index} has {axis} = {value}, outside [{lowest}, {highest}]: \
-         move it inside (centres stay half a diameter off the walls)"
+         move it inside (centres stay half a diameter off the walls)",
+        value = figures(*value), lowest = figures(*lowest), highest = figures(*highest)
     )]
     OutsideSlab {
         /// Index of the sphere.
@@ -196,7 +211,8 @@ pub enum Error {
     /// No packing fraction gives the pressure that the column exerts.
     #[error(
         "the equation of state has no state with P/T = {reduced_pressure} (met at height {height}): \
-         use one whose domain reaches higher, or a lighter column"
+         use one whose domain reaches higher, or a lighter column",
+        height = figures(*height), reduced_pressure = figures(*reduced_pressure)
     )]
     EquationOfStateExhausted {
         /// Height at which the state was needed.
@@ -207,7 +223,8 @@ pub enum Error {
     /// A column that is open at the top does not end.
     #[error(
         "an open column in this field still holds pressure {pressure} at height {height}: \
-         the field must point down far above the bed, or the column needs a lid"
+         the field must point down far above the bed, or the column needs a lid",
+        height = figures(*height), pressure = figures(*pressure)
     )]
     UnboundedColumn {
         /// Height reached.
@@ -218,7 +235,7 @@ pub enum Error {
     /// The hydrostatic equations could not be solved to the accuracy promised.
     #[error(
         "hydrostatics stopped at height {height} with residual {residual:e}: \
-         the scene may be discontinuous or too steep for the solver"
+         the scene may be discontinuous or too steep for the solver", height = figures(*height)
     )]
     HydrostaticsNotConverged {
         /// Height at which the solver gave up, or the base.
@@ -243,6 +260,16 @@ pub enum Error {
         #[source]
         source: Box<dyn std::error::Error + Send + Sync>,
     },
+}
+
+/// A number as a message shows it: in full, or with a power of ten where that would run to many zeros.
+fn figures(value: f64) -> String {
+    let magnitude = value.abs();
+    if value == 0.0 || !value.is_finite() || (1e-5..1e16).contains(&magnitude) {
+        value.to_string()
+    } else {
+        format!("{value:e}")
+    }
 }
 
 impl Error {

@@ -87,6 +87,14 @@ impl Field for UniformField {
 }
 
 /// a(x) = exp(αx), eq. (1) of doi:10.1103/PhysRevE.83.061306: the paper's case (b).
+///
+/// ```
+/// use gradient_mc::field::{ExponentialField, Field};
+/// let field = ExponentialField::new(0.02)?;
+/// assert!((field.acceleration(50.0) - 1f64.exp()).abs() < 1e-14);
+/// assert!((field.potential(50.0) - 50.0 * 1f64.exp_m1()).abs() < 1e-12);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExponentialField {
     rate: f64,
@@ -121,6 +129,13 @@ impl Field for ExponentialField {
 }
 
 /// a(x) = a₀ + s x.
+///
+/// ```
+/// use gradient_mc::field::{Field, LinearField};
+/// let field = LinearField::new(1.0, 0.1)?;
+/// assert_eq!((field.acceleration(10.0), field.potential(10.0)), (2.0, 15.0));
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearField {
     base: f64,

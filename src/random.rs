@@ -12,6 +12,16 @@ use rand::{Rng, RngExt};
 /// ```
 pub type Generator = rand_pcg::Pcg64Mcg;
 
+/// Uniform on (−1, 1), with ±v equally likely to the last bit: a trial move and its reverse must be
+/// proposed with the same probability.
+#[inline]
+pub(crate) fn symmetric(generator: &mut impl Rng) -> f64 {
+    // An odd integer in (−2^53, 2^53), over 2^53: exact.
+    let bits = generator.next_u64() >> 11;
+    let odd = (2 * bits + 1).cast_signed() - (1 << 53);
+    odd as f64 * (1.0 / (1u64 << 53) as f64)
+}
+
 /// Uniform on [0, 1).
 #[inline]
 pub(crate) fn unit(generator: &mut impl Rng) -> f64 {
@@ -37,6 +47,18 @@ pub(crate) fn index(generator: &mut impl Rng, bound: usize) -> usize {
 mod tests {
     use super::*;
     use rand::SeedableRng;
+
+    #[test]
+    fn symmetric_is_symmetric_and_fills_its_range() {
+        let mut generator = Generator::seed_from_u64(7);
+        let values: Vec<f64> = (0..100_000).map(|_| symmetric(&mut generator)).collect();
+        assert!(values.iter().all(|value| value.abs() < 1.0 && *value != 0.0));
+        let mean = values.iter().sum::<f64>() / 1e5;
+        let square = values.iter().map(|value| value * value).sum::<f64>() / 1e5;
+        // Standard errors sqrt(1/3/N) and sqrt(4/45/N).
+        assert!(mean.abs() < 4.0 * 1.83e-3);
+        assert!((square - 1.0 / 3.0).abs() < 4.0 * 9.5e-4);
+    }
 
     #[test]
     fn golden_sequence() {

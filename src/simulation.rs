@@ -114,8 +114,9 @@ impl<F, T, S, P> SimulationBuilder<F, T, S, P> {
         P: Start,
     {
         let Self { scene, scheme, start, moves, seed } = self;
-        if let Moves::Local(moves) = moves {
-            moves.check(scene.slab())?;
+        match moves {
+            Moves::Local(moves) => moves.check(scene.slab())?,
+            Moves::EventChains(chains) => chains.check(scene.slab())?,
         }
         let drive = scheme.drive(&scene)?;
         let mut generator = Generator::seed_from_u64(seed);

@@ -75,6 +75,14 @@ impl TemperatureProfile for Isothermal {
 }
 
 /// T(x) = T₀ exp(−βx), eq. (2) of doi:10.1103/PhysRevE.83.061306: the paper's case (c).
+///
+/// ```
+/// use gradient_mc::temperature::{ExponentialTemperature, TemperatureProfile};
+/// let profile = ExponentialTemperature::new(20.0, 0.02)?;
+/// assert!((profile.temperature(50.0) - 20.0 / 1f64.exp()).abs() < 1e-14);
+/// assert_eq!(profile.logarithmic_gradient(50.0), -0.02);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExponentialTemperature {
     base: f64,
@@ -105,6 +113,12 @@ impl TemperatureProfile for ExponentialTemperature {
 }
 
 /// T(x) = T₀ + s x; the slab must end before it reaches zero.
+///
+/// ```
+/// use gradient_mc::temperature::{LinearTemperature, TemperatureProfile};
+/// assert_eq!(LinearTemperature::new(20.0, -0.1)?.temperature(50.0), 15.0);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LinearTemperature {
     base: f64,

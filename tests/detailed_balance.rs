@@ -69,7 +69,7 @@ fn theory_ratio<'a, E: EquationOfState>(
     }
 }
 
-/// P/n of counted configurations, `prior` standing in for one sphere per bin if given. The lid must be
+/// P/n of counted configurations, `prior` standing in for spheres of its own in every bin if given. The lid must be
 /// out of reach.
 fn counted_ratios(
     scene: &AnyScene,
@@ -90,7 +90,10 @@ fn counted_ratios(
         .map(|bin| {
             let pressure = width * (weights[bin] / 2.0 + weights[bin + 1..].iter().sum::<f64>());
             match prior {
-                Some(prior) => (pressure + prior(bin)) / (counts[bin] + 1.0),
+                Some(prior) => {
+                    (pressure + SelfConsistent::PRIOR_SPHERES * prior(bin))
+                        / (counts[bin] + SelfConsistent::PRIOR_SPHERES)
+                }
                 None if counts[bin] > 0.0 => pressure / counts[bin],
                 None => scene.temperature().temperature((bin as f64 + 0.5) * width),
             }

@@ -3,6 +3,11 @@
 
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)]
 
+mod common;
+
+use common::exact::{
+    TWO_SPHERES_MEAN, TWO_SPHERES_VARIANCE, agrees, contact_density, ideal_gas_mean, mean_height,
+};
 use gradient_mc::drive::{Drive, EquationOfStateClosure, Scheme, SelfConsistent};
 use gradient_mc::equation_of_state::IdealGas;
 use gradient_mc::field::{ExponentialField, LinearField, SumField, UniformField};
@@ -11,18 +16,6 @@ use gradient_mc::start::Uniform;
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{Error, Every, Field, Scene, Simulation, SimulationBuilder, Slab, TemperatureProfile};
-
-/// Whether an estimate agrees with an exact value: 4 standard errors, the error bar capped.
-fn agrees(what: &str, estimate: Estimate, exact: f64, largest_error: f64) -> Result<(), String> {
-    let deviation = (estimate.mean - exact).abs();
-    if estimate.standard_error > largest_error || estimate.standard_error <= 0.0 {
-        Err(format!("{what}: error bar {:e} is not in (0, {largest_error:e}]", estimate.standard_error))
-    } else if deviation > 4.0 * estimate.standard_error {
-        Err(format!("{what}: {estimate} against {exact}, {:.1} sigma", deviation / estimate.standard_error))
-    } else {
-        Ok(())
-    }
-}
 
 /// Center-of-mass series from a run with the given equilibration and length.
 fn center_of_mass<F, T, D>(mut simulation: Simulation<F, T, D>, sweeps: u64, interval: u64) -> CenterOfMass
@@ -46,20 +39,6 @@ fn one_sphere<F: Field, T: TemperatureProfile>(
     let slab = Slab::new(height, 8.0, 8.0).unwrap();
     let scene = Scene::new(slab, 1, field, temperature).unwrap();
     Simulation::builder(scene).maximum_displacement(4.0).seed(11)
-}
-
-/// Mean height of a density given up to a factor, over the heights of a centre, by Simpson's rule.
-fn mean_height(height: f64, density: impl Fn(f64) -> f64) -> f64 {
-    let (low, high, panels) = (0.5, height - 0.5, 20_000);
-    let width = (high - low) / f64::from(2 * panels);
-    let (mut norm, mut moment) = (0.0, 0.0);
-    for node in 0..=2 * panels {
-        let weight = if node == 0 || node == 2 * panels { 1.0 } else { f64::from(2 + 2 * (node % 2)) };
-        let x = low + f64::from(node) * width;
-        norm += weight * density(x);
-        moment += weight * density(x) * x;
-    }
-    moment / norm
 }
 
 #[test]
@@ -96,12 +75,6 @@ fn one_sphere_in_fields_that_vary() {
     let heights = center_of_mass(builder.build().unwrap(), 2_000_000, 10);
     let exact = mean_height(40.0, |x| (-(-x + 0.1 * x * x) / temperature).exp());
     agrees("sum", heights.estimate().unwrap(), exact, 0.02).unwrap();
-}
-
-/// The ideal-gas profile n ∝ exp(−∫a/T)/T, eq. (28), with both fields varying.
-fn ideal_gas_mean(height: f64, base: f64, alpha: f64, beta: f64) -> f64 {
-    let rate = alpha + beta;
-    mean_height(height, |x| (-(rate * x).exp_m1() / (rate * base) + beta * x).exp())
 }
 
 #[test]
@@ -202,10 +175,6 @@ fn self_consistent_field_of_a_dilute_gas_is_the_ideal_one() {
 
 #[test]
 fn two_spheres() {
-    // Temperature 1 on a base 3 x 3; by quadrature of exp(−Δ/T)[L² − π(1 − Δ²)₊] over the height
-    // difference Δ.
-    const MEAN: f64 = 1.567_105_973_366_81;
-    const VARIANCE: f64 = 0.519_298_716_998_895;
     let slab = Slab::new(30.0, 3.0, 3.0).unwrap();
     let scene = Scene::new(slab, 2, UniformField::default(), Isothermal::new(1.0).unwrap()).unwrap();
     let build = || {
@@ -213,8 +182,8 @@ fn two_spheres() {
         builder.maximum_displacement(1.2).seed(5).build().unwrap()
     };
     let heights = center_of_mass(build(), 4_000_000, 10);
-    agrees("mean height", heights.estimate().unwrap(), MEAN, 0.003).unwrap();
-    agrees("variance", heights.variance().unwrap(), VARIANCE, 0.005).unwrap();
+    agrees("mean height", heights.estimate().unwrap(), TWO_SPHERES_MEAN, 0.003).unwrap();
+    agrees("variance", heights.variance().unwrap(), TWO_SPHERES_VARIANCE, 0.005).unwrap();
 }
 
 /// A small column, some 10 diameters high, so that it relaxes within some hundred sweeps.
@@ -240,19 +209,6 @@ fn contact_density_carries_the_weight() {
     assert!((contact.mean / exact - 1.0).abs() < 0.01, "{contact} against {exact}");
 }
 
-/// Contact value of a density in ten bins of 0.02: least-squares parabola of its logarithm.
-fn contact_density(bins: &[f64]) -> f64 {
-    let mut normal = nalgebra::Matrix3::<f64>::zeros();
-    let mut right = nalgebra::Vector3::<f64>::zeros();
-    for (bin, density) in bins.iter().enumerate() {
-        let x = (bin as f64 + 0.5) * 0.02;
-        let row = nalgebra::Vector3::new(1.0, x, x * x);
-        normal += row * row.transpose();
-        right += row * density.ln();
-    }
-    normal.lu().solve(&right).map_or(f64::NAN, |solution| solution[0].exp())
-}
-
 #[test]
 fn fluctuation_of_the_center_of_mass() {
     // Var(h_c) = (T²/N) dh_c/dT, the derivative from two more runs.
@@ -266,7 +222,7 @@ fn fluctuation_of_the_center_of_mass() {
     let slope_error = high.standard_error.hypot(low.standard_error) / (2.0 * step);
     let factor = temperature * temperature / particles as f64;
     let expected = factor * slope;
-    let variance = at(temperature, 31, 2_500_000).variance().unwrap();
+    let variance = at(temperature, 31, 4_000_000).variance().unwrap();
     let difference = Estimate::new(
         variance.mean / expected - 1.0,
         variance.standard_error.hypot(factor * slope_error) / expected,

@@ -11,7 +11,9 @@ use gradient_mc::drive::{
 };
 use gradient_mc::equation_of_state::{EquationOfState, FluidSolid, number_density, packing_fraction};
 use gradient_mc::field::{ExponentialField, FieldFn, LinearField, SumField, UniformField};
+use gradient_mc::hydrostatics::Hydrostatics;
 use gradient_mc::moves::LocalMoves;
+use gradient_mc::observers::{DensityProfile, DisplacementProfile, EquationOfStateProfile, PressureProfile};
 use gradient_mc::start::{Compact, Positions, Start, Theory, Uniform};
 use gradient_mc::temperature::{
     ExponentialTemperature, Isothermal, LinearTemperature, TabulatedTemperature, TemperatureFn,
@@ -54,12 +56,21 @@ fn assert_says(error: &Error, parts: &[&str]) {
     }
 }
 
+/// A number as messages show it: without a tail of three hundred zeros.
+fn shown(value: f64) -> String {
+    if value != 0.0 && value.is_finite() && !(1e-5..1e16).contains(&value.abs()) {
+        return format!("{value:e}");
+    }
+    value.to_string()
+}
+
 /// The outcome is [`Error::InvalidParameter`] and carries `value`.
 fn assert_refused<T>(outcome: Result<T, Error>, value: f64) {
     let Err(error) = outcome else { panic!("{value} was accepted") };
     let Error::InvalidParameter { name, value: carried, requirement } = error else { panic!("{error:?}") };
     assert_eq!(carried.to_bits(), value.to_bits());
-    assert_says(&error, &[name, &value.to_string(), requirement]);
+    assert_says(&error, &[name, &shown(value), requirement]);
+    assert!(error.to_string().len() < 200, "{error}");
 }
 
 #[test]
@@ -70,7 +81,7 @@ fn temperatures_that_are_not_positive() {
         assert_refused(LinearTemperature::new(value, 0.01), value);
         let table = TabulatedTemperature::new(vec![(0.0, 1.0), (20.0, value)]).unwrap_err();
         assert!(matches!(table, Error::InvalidTemperature { height: 20.0, .. }), "{table:?}");
-        assert_says(&table, &[&value.to_string(), "20", "positive"]);
+        assert_says(&table, &[&shown(value), "20", "positive"]);
     }
     for value in NOT_FINITE {
         assert_refused(ExponentialTemperature::new(1.0, value), value);
@@ -83,7 +94,7 @@ fn temperatures_that_turn_bad_at_some_height() {
     let refusal = |profile: &dyn TemperatureProfile| {
         let error = Scene::new(slab(), 50, gravity(), profile).map(drop).unwrap_err();
         let Error::InvalidTemperature { height, temperature } = error else { panic!("{error:?}") };
-        assert_says(&error, &[&height.to_string(), &temperature.to_string(), "lower the lid"]);
+        assert_says(&error, &[&height.to_string(), &shown(temperature), "lower the lid"]);
         (height, temperature)
     };
     // Zero at 40 of 50 diameters.
@@ -140,7 +151,7 @@ fn slabs_that_are_too_small_too_large_or_not_numbers() {
         let slab = Slab::new(extents[0], extents[1], extents[2]).unwrap();
         let error = Scene::new(slab, 1, gravity(), warm()).unwrap_err();
         assert!(matches!(error, Error::SlabTooLarge { .. }), "{error:?}");
-        assert_says(&error, &[&extents.iter().product::<f64>().to_string(), "100000000", "lower the lid"]);
+        assert_says(&error, &[&shown(extents.iter().product()), "100000000", "lower the lid"]);
     }
     assert!(started.elapsed() < Duration::from_secs(5));
 }
@@ -234,7 +245,8 @@ fn fields_that_turn_bad_at_some_height() {
 fn a_flaw_that_no_probe_meets_ends_the_run() {
     // Between two probes of the potential, which are 50/4096 apart.
     let probe = 50.0 / 4096.0;
-    let window = [164.1 * probe, 164.9 * probe];
+    // Between two layers of the start, too.
+    let window = [200.1 * probe, 200.9 * probe];
     for potential in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let field = Flawed { window, acceleration: 1.0, potential };
         let scene = Scene::new(slab(), 50, field, warm()).unwrap();
@@ -290,6 +302,76 @@ fn fields_whose_parts_disagree() {
         let error = Scene::new(slab(), 50, Wrong(factor), warm()).unwrap_err();
         assert!(matches!(error, Error::InconsistentField { .. }), "{error:?}");
         assert_says(&error, &["implement only `potential`"]);
+    }
+}
+
+#[test]
+fn columns_beyond_reason() {
+    // An error, or the column that was asked for: never something else, and never for long.
+    let started = Instant::now();
+    let mut solved = 0;
+    for spheres in [1e-300, 1e-12, 40.0, 1e9, 1e300] {
+        for temperature in [1e-300, 1e-3, 5.0, 1e300] {
+            for alpha in [-1e300, -1.0, 0.0, 1.0, 1000.0] {
+                let (field, warm) =
+                    (ExponentialField::new(alpha).unwrap(), Isothermal::new(temperature).unwrap());
+                let open = Hydrostatics::new(field, warm, FluidSolid::default());
+                for column in [open, open.lid(400.0)] {
+                    let Ok(profile) = column.column_density(spheres) else { continue };
+                    approx::assert_relative_eq!(profile.column_density(), spheres, max_relative = 1e-9);
+                    let center = profile.center_of_mass();
+                    assert!(center > 0.0 && center < profile.top(), "{spheres} {temperature} {alpha}");
+                    solved += 1;
+                }
+            }
+        }
+    }
+    assert!(solved > 20, "{solved}");
+    assert!(started.elapsed() < Duration::from_secs(60), "{:?}", started.elapsed());
+    // So far away that heights are coarser than the column.
+    for base in [1.000_001e6, -1e18, f64::MAX] {
+        let column = Hydrostatics::new(gravity(), warm(), FluidSolid::default()).base(base);
+        assert_refused(column.column_density(10.0), base);
+        assert_refused(column.base_pressure(10.0), base);
+    }
+    assert!(
+        Hydrostatics::new(gravity(), warm(), FluidSolid::default()).base(1e6).column_density(10.0).is_ok()
+    );
+}
+
+#[test]
+fn the_smallest_scene_can_be_used() {
+    // One sphere whose nearest image is itself, in three cells each way.
+    let slab = Slab::new(2.0, 3.0, 3.0).unwrap();
+    for temperature in [1e-300, 1.0, 1e300] {
+        let scene = Scene::new(slab, 1, gravity(), Isothermal::new(temperature).unwrap()).unwrap();
+        let mut simulation = Simulation::builder(scene).start(Compact).seed(1).build().unwrap();
+        let mut profile = EquationOfStateProfile::new(&slab, 4).unwrap();
+        simulation.equilibrate(10, &mut ()).unwrap();
+        simulation.run(100, &mut profile).unwrap();
+        // n A Δx summed over the bins is the sphere.
+        let spheres: f64 = profile.points().unwrap().iter().map(|p| p.number_density.mean).sum::<f64>() * 4.5;
+        approx::assert_relative_eq!(spheres, 1.0, max_relative = 1e-12);
+        let accepted = simulation.tally().accepted;
+        assert!(if temperature < 1.0 { accepted < 10 } else { accepted > 10 }, "{temperature} {accepted}");
+    }
+}
+
+#[test]
+fn observers_of_another_slab() {
+    let mut simulation = Simulation::builder(scene(30)).start(Compact).build().unwrap();
+    for slab in [Slab::new(51.0, 5.0, 5.0).unwrap(), Slab::new(50.0, 5.0, 6.0).unwrap()] {
+        let mut observers: [Box<dyn Observer>; 4] = [
+            Box::new(DensityProfile::new(&slab, 10).unwrap()),
+            Box::new(PressureProfile::new(&slab, 10).unwrap()),
+            Box::new(EquationOfStateProfile::new(&slab, 10).unwrap()),
+            Box::new(DisplacementProfile::new(&slab, 10).unwrap()),
+        ];
+        for observer in &mut observers {
+            let error = simulation.run(1, &mut **observer).unwrap_err();
+            let source = std::error::Error::source(&error).expect("the observer's own error");
+            assert!(matches!(source.downcast_ref(), Some(Error::InvalidParameter { .. })), "{source}");
+        }
     }
 }
 
@@ -428,10 +510,7 @@ fn positions_outside() {
             };
             assert_eq!((index, found, value.to_bits()), (sphere, axis, bad.to_bits()));
             assert_eq!([lowest, highest], if axis == 'x' { [0.5, 49.5] } else { [0.0, 5.0] });
-            assert_says(
-                &error,
-                &[&sphere.to_string(), &axis.to_string(), &bad.to_string(), "move it inside"],
-            );
+            assert_says(&error, &[&sphere.to_string(), &axis.to_string(), &shown(bad), "move it inside"]);
         }
     }
 }

@@ -7,6 +7,7 @@ mod common;
 
 use common::scenes::{FieldCase, TemperatureCase, field_case, temperature_case};
 use gradient_mc::drive::{ClosedForm, Drive, EquationOfStateClosure, Instantaneous, Scheme, SelfConsistent};
+use gradient_mc::moves::{EventChains, FieldEvent, LocalMoves, Moves};
 use gradient_mc::start::{Compact, Start, Theory, Uniform};
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{
@@ -37,7 +38,10 @@ fn check_invariants(slab: &Slab, positions: &[Vector3<f64>]) {
 impl Observer for Invariants {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         self.observed += 1;
-        assert_eq!(frame.tally().trials, self.observed * frame.particles() as u64);
+        // Chains may come with local moves.
+        let local = frame.tally().chains == 0;
+        let trials = self.observed * frame.particles() as u64;
+        assert!(frame.tally().trials == trials || !local && frame.tally().trials == 0);
         assert!(frame.tally().accepted <= frame.tally().trials);
         check_invariants(frame.slab(), &frame.positions().collect::<Vec<_>>());
         Ok(())
@@ -51,12 +55,53 @@ enum SchemeCase {
     Instantaneous,
 }
 
-/// A small scene: extents, packing fraction, S as a fraction of the largest allowed, seed.
+/// Local moves with S as a fraction of the largest allowed, or chains of some length, tuned if there is none.
+#[derive(Debug, Clone, Copy)]
+enum MovesCase {
+    Local(f64),
+    Chains { length: Option<f64>, vertical_fraction: f64, field_event: FieldEvent, alone: bool },
+}
+
+impl MovesCase {
+    fn make(self, extents: [f64; 3]) -> Moves {
+        match self {
+            Self::Local(displacement) => {
+                let smallest = extents.into_iter().fold(f64::INFINITY, f64::min);
+                let slab = Slab::new(extents[0], extents[1], extents[2]).unwrap();
+                LocalMoves::new(displacement * 0.5 * smallest, &slab).unwrap().into()
+            }
+            Self::Chains { length, vertical_fraction, field_event, alone } => {
+                let chains =
+                    length.map_or(EventChains::default(), |length| EventChains::with_length(length).unwrap());
+                let chains = if alone { chains.local_moves(None) } else { chains };
+                chains.field_event(field_event).vertical_fraction(vertical_fraction).unwrap().into()
+            }
+        }
+    }
+}
+
+fn moves_case() -> impl Strategy<Value = MovesCase> {
+    // From next to nothing to all that is allowed.
+    let displacement = prop_oneof![(-6.0..0.0_f64).prop_map(|power| 10_f64.powf(power)), Just(1.0)];
+    // A slab's width and multiples of it, too.
+    let length = prop_oneof![Just(None), Just(Some(3.0)), (-3.0..3.0_f64).prop_map(|p| Some(10_f64.powf(p)))];
+    let field_event = prop::sample::select(vec![FieldEvent::Relocate, FieldEvent::Reverse]);
+    prop_oneof![
+        displacement.prop_map(MovesCase::Local),
+        (length, 0.05..0.95_f64, field_event, any::<bool>()).prop_map(
+            |(length, vertical_fraction, field_event, alone)| {
+                MovesCase::Chains { length, vertical_fraction, field_event, alone }
+            }
+        ),
+    ]
+}
+
+/// A small scene: extents, packing fraction, moves, seed.
 #[derive(Debug, Clone, Copy)]
 struct Case {
     extents: [f64; 3],
     packing_fraction: f64,
-    displacement: f64,
+    moves: MovesCase,
     seed: u64,
     field: FieldCase,
     compact: bool,
@@ -73,28 +118,23 @@ impl Case {
         let particles = (self.packing_fraction * volume * 6.0 / std::f64::consts::PI) as usize;
         particles.max(1)
     }
-
-    fn displacement(&self) -> f64 {
-        let smallest = self.extents.into_iter().fold(f64::INFINITY, f64::min);
-        self.displacement * 0.5 * smallest
-    }
 }
 
 fn case() -> impl Strategy<Value = Case> {
     let width = || prop_oneof![Just(3.0), Just(3.5), Just(4.0), 3.0..8.0];
     (
         (prop_oneof![Just(2.0), Just(3.0), 2.0..25.0], width(), width()),
-        0.01..0.25_f64,
-        // From next to nothing to all that is allowed.
-        prop_oneof![(-6.0..0.0_f64).prop_map(|power| 10_f64.powf(power)), Just(1.0)],
+        // A single sphere, too.
+        prop_oneof![8 => 0.01..0.25_f64, 1 => Just(0.0)],
+        moves_case(),
         any::<u64>(),
         field_case(),
         any::<bool>(),
     )
-        .prop_map(|((x, y, z), packing_fraction, displacement, seed, field, compact)| Case {
+        .prop_map(|((x, y, z), packing_fraction, moves, seed, field, compact)| Case {
             extents: [x, y, z],
             packing_fraction,
-            displacement,
+            moves,
             seed,
             field,
             compact,
@@ -126,7 +166,7 @@ where
     let mut simulation = Simulation::builder(scene)
         .scheme(scheme)
         .start(start)
-        .maximum_displacement(case.displacement())
+        .moves(case.moves.make(case.extents))
         .seed(case.seed)
         .build()?;
     check_invariants(&slab, &simulation.positions());
@@ -139,8 +179,8 @@ where
     Ok(simulation.positions())
 }
 
-/// Starts may refuse what does not fit, and hydrostatics a scene beyond its equation of state; nothing
-/// else may go wrong.
+/// Starts may refuse what does not fit, hydrostatics a scene beyond its equation of state, and chains a
+/// crystal that has not melted; nothing else may go wrong.
 fn accept_refusals<T>(outcome: Result<T, Error>) -> Option<T> {
     match outcome {
         Ok(value) => Some(value),
@@ -148,14 +188,15 @@ fn accept_refusals<T>(outcome: Result<T, Error>) -> Option<T> {
             Error::LatticeFull { .. }
             | Error::InsertionFailed { .. }
             | Error::EquationOfStateExhausted { .. }
-            | Error::HydrostaticsNotConverged { .. },
+            | Error::HydrostaticsNotConverged { .. }
+            | Error::ChainStuck { .. },
         ) => None,
         Err(error) => panic!("{error}"),
     }
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 48, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 96, ..ProptestConfig::default() })]
 
     #[test]
     fn isothermal_scenes_stay_valid(case in case(), temperature in 0.05..50.0_f64) {

@@ -325,8 +325,8 @@ fn a_column_takes_milliseconds() {
         (20.0, 0.0, 0.05),
     ];
     for (t0, alpha, beta) in scenes {
-        // The fastest of three, so that a busy machine does not fail it.
-        let fastest = (0..3)
+        // The fastest of ten, so that a busy machine does not fail it.
+        let fastest = (0..10)
             .map(|_| {
                 let start = std::time::Instant::now();
                 paper(CarnahanStarling, t0, alpha, beta);
@@ -335,7 +335,7 @@ fn a_column_takes_milliseconds() {
             .min()
             .unwrap();
         println!("T0 {t0}, alpha {alpha}, beta {beta}: {fastest:?}");
-        assert!(fastest.as_millis() < 500, "{fastest:?}");
+        assert!(fastest.as_millis() < 50, "{fastest:?}");
     }
 }
 

@@ -28,6 +28,7 @@ impl PlainColumn {
         temperature: f64,
         displacement: f64,
         positions: &[Vector3<f64>],
+        seed: u64,
     ) -> Self {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let cells = [height as usize, width as usize];
@@ -40,7 +41,7 @@ impl PlainColumn {
             heads: vec![NONE; cells[0] * cells[1] * cells[1]],
             next: vec![NONE; positions.len()],
             positions: positions.iter().map(|&position| position.into()).collect(),
-            generator: Pcg64Mcg::seed_from_u64(1),
+            generator: Pcg64Mcg::seed_from_u64(seed),
         };
         for sphere in 0..positions.len() {
             let cell = column.cell(column.coordinates(column.positions[sphere]));
@@ -88,6 +89,12 @@ impl PlainColumn {
             }
         }
         false
+    }
+
+    /// Centres of the spheres.
+    #[allow(dead_code, reason = "one of the benches looks")]
+    pub(crate) fn positions(&self) -> &[[f64; 3]] {
+        &self.positions
     }
 
     /// As many trials as there are spheres.

@@ -9,8 +9,8 @@ pub(crate) struct SharedArguments {
     #[arg(long, default_value_t = 1)]
     pub(crate) seed: u64,
 
-    /// Threads; 0 takes all cores. The results do not depend on it
-    #[arg(long, default_value_t = 0)]
+    /// Threads, up to 1024; 0 takes all cores. The results do not depend on it
+    #[arg(long, default_value_t = 0, value_parser = thread_count)]
     pub(crate) threads: usize,
 
     /// Directory for the CSV files and pictures [default: out/<example>]
@@ -22,5 +22,14 @@ impl SharedArguments {
     /// The directory for output of the example of this name.
     pub(crate) fn directory(&self, example: &str) -> PathBuf {
         self.out.clone().unwrap_or_else(|| PathBuf::from("out").join(example))
+    }
+}
+
+/// A number of threads that a machine can be asked for without standing still.
+fn thread_count(text: &str) -> Result<usize, String> {
+    match text.parse() {
+        Ok(threads) if threads <= 1024 => Ok(threads),
+        Ok(_) => Err("take at most 1024".into()),
+        Err(error) => Err(format!("{error}")),
     }
 }

@@ -6,7 +6,6 @@
 pub(crate) mod arguments;
 pub(crate) mod figure;
 pub(crate) mod interrupt;
-pub(crate) mod measured;
 pub(crate) mod output;
 pub(crate) mod progress;
 pub(crate) mod replicas;

@@ -8,7 +8,7 @@ use crate::common::progress::Progress;
 use gradient_mc::drive::{ClosedForm, EquationOfStateClosure, Instantaneous, SelfConsistent};
 use gradient_mc::field::{ExponentialField, UniformField};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
-use gradient_mc::{Error, Field, Scene, Slab, TemperatureProfile};
+use gradient_mc::{Error, Field, Scene, TemperatureProfile};
 
 /// One of the paper's three systems.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -90,7 +90,7 @@ impl Case {
         interrupt: &Interrupt,
         progress: &Progress,
     ) -> Result<Replica, Failure> {
-        let slab = Slab::new(Protocol::HEIGHT, protocol.width(), protocol.width())?;
+        let slab = protocol.slab()?;
         let particles = protocol.particles;
         let temperature = self.base_temperature();
         match self {

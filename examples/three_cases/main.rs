@@ -28,6 +28,8 @@ use clap::Parser;
 use common::interrupt::Interrupt;
 use common::progress::{Progress, in_words};
 use common::{Ending, Failure, conclude, output, replicas};
+use gradient_mc::observers::MAXIMUM_BINS;
+use gradient_mc::{Error, Slab};
 use measurement::Replica;
 use protocol::{Arguments, Protocol};
 use report::Report;
@@ -39,7 +41,37 @@ fn main() -> ExitCode {
     conclude(run(&Arguments::parse()))
 }
 
+/// Refuses what cannot be simulated before anything starts, in the words of the command line.
+fn check(arguments: &Arguments) -> Result<(), Failure> {
+    const FEWEST: f64 = Protocol::COLUMN_DENSITY * Slab::MINIMUM_WIDTH * Slab::MINIMUM_WIDTH;
+    const MOST: f64 = Protocol::COLUMN_DENSITY * Slab::MAXIMUM_VOLUME / Protocol::HEIGHT;
+    const MOST_SWEEPS: u64 = 1_000_000_000_000;
+    const MOST_REPLICAS: u64 = 10_000;
+    let particles = arguments.particles;
+    if !(FEWEST..=MOST).contains(&(particles as f64)) {
+        return Err(format!("--particles {particles}: take {FEWEST} to {MOST}").into());
+    }
+    if let Some(width) = arguments.bin_width {
+        let (narrowest, widest) = (Protocol::HEIGHT / MAXIMUM_BINS as f64, Protocol::HEIGHT);
+        if !(narrowest..=widest).contains(&width) {
+            return Err(format!("--bin-width {width}: take {narrowest} to {widest} diameters").into());
+        }
+    }
+    for (name, sweeps, least) in
+        [("--sweeps", arguments.sweeps, 1), ("--equilibration", arguments.equilibration, 0)]
+    {
+        if let Some(sweeps) = sweeps.filter(|sweeps| !(least..=MOST_SWEEPS).contains(sweeps)) {
+            return Err(format!("{name} {sweeps}: take {least} to {MOST_SWEEPS}").into());
+        }
+    }
+    if let Some(replicas) = arguments.replicas.filter(|replicas| !(1..=MOST_REPLICAS).contains(replicas)) {
+        return Err(format!("--replicas {replicas}: take 1 to {MOST_REPLICAS}").into());
+    }
+    Ok(())
+}
+
 fn run(arguments: &Arguments) -> Result<Ending, Failure> {
+    check(arguments)?;
     let protocol = Protocol::new(arguments)?;
     let directory = arguments.shared.directory("three_cases");
     output::create_directory(&directory)?;
@@ -64,19 +96,32 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let per_case = measured.chunks(usize::try_from(protocol.replicas)?);
     let mut reports = Vec::new();
     for (case, replicas) in Case::ALL.into_iter().zip(per_case) {
-        // An interrupt may come before anything was measured.
-        if replicas.iter().any(|replica| replica.measured > 0) {
-            reports.push(write_case(case, replicas, &protocol, &directory)?);
+        // An interrupt may come before anything was measured, or before it is enough for an error bar; that
+        // must not cost the cases that are complete.
+        let outcome = if replicas.iter().any(|replica| replica.measured > 0) {
+            write_case(case, replicas, &protocol, &directory)
+        } else {
+            Err(Error::TooFewObservations { available: 0, needed: 16 }.into())
+        };
+        match outcome {
+            Ok(report) => reports.push(report),
+            Err(failure) if interrupt.pressed() && is_too_short(&failure) => {
+                println!("{}: interrupted before enough was measured for a table", case.head());
+            }
+            Err(failure) => return Err(failure),
         }
     }
-    if reports.is_empty() {
-        println!("nothing was measured before the interrupt");
-    } else {
+    if !reports.is_empty() {
         println!("\n{}", summary::table(&reports));
         println!("{}", summary::remarks(&protocol, &reports, arguments.shared.threads, elapsed));
         println!("written to {}", directory.display());
     }
     Ok(if interrupt.pressed() { Ending::Interrupted } else { Ending::Finished })
+}
+
+/// Whether all that is wrong is that too little was measured.
+fn is_too_short(failure: &Failure) -> bool {
+    matches!(failure.downcast_ref(), Some(Error::TooFewObservations { .. }))
 }
 
 /// Evaluates one case and writes its files.

@@ -42,10 +42,7 @@ where
     T: TemperatureProfile,
     S: Scheme<F, T>,
 {
-    let builder = Simulation::builder(scene)
-        .scheme(scheme)
-        .maximum_displacement(Protocol::MAXIMUM_DISPLACEMENT)
-        .seed(seed);
+    let builder = Simulation::builder(scene).scheme(scheme).moves(protocol.moves()?).seed(seed);
     let simulation = match protocol.start {
         StartChoice::Uniform => builder.start(start::Uniform::default()).build()?,
         StartChoice::Theory => builder.start(start::Theory).build()?,

@@ -1,14 +1,12 @@
-//! The picture of a case: the profile on the left, the equation of state on the right.
+//! The picture of a case: the profile and its layers at the base on the left, the equation of state and
+//! the deviation from it on the right.
 
-use super::report::{Bin, Report};
+use super::report::{BULK_BEGINS, Bin, Report};
 use crate::common::Failure;
 use crate::common::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use gradient_mc::EquationOfState;
 use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa, number_density};
 use std::path::Path;
-
-/// Height up to which the layers at the wall are shown enlarged.
-const LAYERS: f64 = 6.0;
 
 /// Draws `<path>.svg` and `<path>.png`.
 pub(crate) fn draw(report: &Report, path: &Path) -> Result<(), Failure> {
@@ -27,12 +25,13 @@ pub(crate) fn draw(report: &Report, path: &Path) -> Result<(), Failure> {
 }
 
 fn profile(report: &Report) -> Panel {
-    let place = Place { left: 0.0, top: 0.07, width: 0.5, height: 0.93 };
+    let place = Place { left: 0.0, top: 0.07, width: 0.5, height: 0.54 };
     let highest = report.bins.iter().rev().find(|bin| bin.number_density_theory > 0.003);
     let top = round_up(highest.map_or(1.0, |bin| bin.height), 10.0);
     let densest = report.bins.iter().map(|bin| bin.number_density_theory).fold(0.0, f64::max);
     let spacing = top / 60.0;
-    let mut next = 0.0;
+    // Below, one bin in several would look like scatter: the panel of the layers shows them all.
+    let mut next = BULK_BEGINS;
     let points = report.bins.iter().filter(move |bin| {
         let shown = bin.height >= next;
         if shown {
@@ -43,26 +42,31 @@ fn profile(report: &Report) -> Panel {
     Panel::new(
         place,
         Axis::new("height x / d", 0.0, top).with_numbers(8),
-        Axis::new("number density n d³", 0.0, round_up(1.3 * densest, 0.1)),
+        Axis::new("n d³", 0.0, round_up(1.15 * densest, 0.1)).with_numbers(5),
     )
     .with_legend(Corner::TopRight)
-    .points("simulation (some of the bins)", colors::INK, Mark::Points, points.map(density_point))
+    .points(
+        &format!("simulation (some bins, x > {BULK_BEGINS} d)"),
+        colors::INK,
+        Mark::Points,
+        points.map(density_point),
+    )
     .line("hydrostatics, Carnahan–Starling", colors::VERMILION, Mark::Line, theory(report))
 }
 
 /// The layers at the wall, which the local theory does not know.
 fn layers(report: &Report) -> Panel {
-    let place = Place { left: 0.262, top: 0.215, width: 0.228, height: 0.37 };
-    let bins = report.bins.iter().filter(|bin| bin.height < LAYERS);
+    let place = Place { left: 0.0, top: 0.615, width: 0.5, height: 0.385 };
+    let bins = report.bins.iter().filter(|bin| bin.height < BULK_BEGINS);
     let highest = bins.clone().map(|bin| bin.number_density.mean).fold(0.0, f64::max);
     Panel::new(
         place,
-        Axis::new("x / d, at the base", 0.0, LAYERS).with_numbers(6),
+        Axis::new("height x / d, layers at the base", 0.0, BULK_BEGINS).with_numbers(8),
         Axis::new("n d³", 0.0, round_up(1.05 * highest, 0.5)).with_numbers(4),
     )
-    .into_inset()
+    .with_legend(Corner::TopRight)
     .line("", colors::VERMILION, Mark::Line, theory(report))
-    .points("", colors::INK, Mark::Dots, bins.map(density_point))
+    .points("simulation (all bins)", colors::INK, Mark::Points, bins.map(density_point))
 }
 
 fn equation_of_state(report: &Report) -> Panel {
@@ -103,17 +107,16 @@ fn equation_of_state(report: &Report) -> Panel {
     )
     .line("Carnahan–Starling", colors::VERMILION, Mark::Line, curve(&CarnahanStarling))
     .line("modified Kolafa–Labík–Malijevský", colors::BLUE, Mark::Dashed, curve(&ModifiedKolafa))
+    // For the legend alone: the panel below has no room for one of its own.
+    .points("simulation, below (all bins of the bulk)", colors::GREY, Mark::Dots, [])
 }
 
 fn deviation(report: &Report) -> Panel {
     let place = Place { left: 0.5, top: 0.645, width: 0.5, height: 0.355 };
     let densest = densest(report);
-    let mut sizes: Vec<f64> =
-        report.bulk().map(|bin| 100.0 * bin.against_carnahan_starling.mean.abs()).collect();
-    sizes.sort_by(f64::total_cmp);
-    // Nineteen of twenty points within two thirds of the panel.
-    let typical = sizes.get(sizes.len() * 19 / 20).copied().unwrap_or(1.0);
-    let range = round_up(1.5 * typical, 0.5);
+    // Every point is inside; the ends of long error bars may not be.
+    let largest = report.bulk().map(|bin| 100.0 * bin.against_carnahan_starling.mean.abs());
+    let range = round_up(1.1 * largest.fold(0.1, f64::max), 0.5);
     let curve = (1..=400).map(|step| f64::from(step) / 400.0 * densest).map(|eta| {
         let ratio = ModifiedKolafa.compressibility_factor(eta) / CarnahanStarling.compressibility_factor(eta);
         (eta, 100.0 * (ratio - 1.0))

@@ -4,6 +4,8 @@ use super::case::Case;
 use crate::common::Failure;
 use crate::common::arguments::SharedArguments;
 use clap::{Parser, ValueEnum};
+use gradient_mc::Slab;
+use gradient_mc::moves::{EventChains, LocalMoves, Moves};
 use std::fmt;
 
 /// Simulates the three systems of doi:10.1103/PhysRevE.83.061306 and compares each with theory.
@@ -21,11 +23,15 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, default_value_t = SchemeChoice::SelfConsistent)]
     pub(crate) scheme: SchemeChoice,
 
-    /// Sweeps measured in every replica [default: 1500; with --paper: 500000]
+    /// What sweeps consist of [default: chains; with --paper: local]
+    #[arg(long, value_enum)]
+    pub(crate) moves: Option<MovesChoice>,
+
+    /// Sweeps measured in every replica [default: 600; with --paper: 500000]
     #[arg(long)]
     pub(crate) sweeps: Option<u64>,
 
-    /// Sweeps before the measurement [default: 500; with --paper: 500000]
+    /// Sweeps before the measurement [default: 200; with --paper: 500000]
     #[arg(long)]
     pub(crate) equilibration: Option<u64>,
 
@@ -58,6 +64,15 @@ pub(crate) enum StartChoice {
     Compact,
 }
 
+/// What sweeps consist of.
+#[derive(ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum MovesChoice {
+    /// Event chains: nothing is rejected, and the column relaxes in a thousandth of the time
+    Chains,
+    /// The paper's trial displacements of single spheres
+    Local,
+}
+
 /// How a temperature that varies enters the acceptance.
 #[derive(ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum SchemeChoice {
@@ -73,6 +88,7 @@ pub(crate) enum SchemeChoice {
 #[derive(Debug, Clone)]
 pub(crate) struct Protocol {
     pub(crate) start: StartChoice,
+    pub(crate) moves: MovesChoice,
     pub(crate) scheme: SchemeChoice,
     pub(crate) particles: usize,
     pub(crate) replicas: u64,
@@ -89,24 +105,26 @@ impl Protocol {
     /// Spheres per area of the base.
     pub(crate) const COLUMN_DENSITY: f64 = 40.0;
     /// Largest displacement in a trial move, in diameters.
-    pub(crate) const MAXIMUM_DISPLACEMENT: f64 = 0.75;
+    const MAXIMUM_DISPLACEMENT: f64 = 0.75;
 
     pub(crate) fn new(arguments: &Arguments) -> Result<Self, Failure> {
         let choose =
             |given: Option<u64>, paper, usual| given.unwrap_or(if arguments.paper { paper } else { usual });
-        let sweeps = choose(arguments.sweeps, 500_000, 1500);
+        let sweeps = choose(arguments.sweeps, 500_000, 600);
         let count = if arguments.paper { 5 } else { 1 };
         let replicas = choose(arguments.replicas, 1, 4);
         if replicas == 0 {
             return Err("--replicas must be at least 1".into());
         }
         let usual_start = if arguments.paper { StartChoice::Uniform } else { StartChoice::Theory };
+        let usual_moves = if arguments.paper { MovesChoice::Local } else { MovesChoice::Chains };
         Ok(Self {
             start: arguments.start.unwrap_or(usual_start),
+            moves: arguments.moves.unwrap_or(usual_moves),
             scheme: arguments.scheme,
             particles: arguments.particles,
             replicas,
-            equilibration: choose(arguments.equilibration, 500_000, 500),
+            equilibration: choose(arguments.equilibration, 500_000, 200),
             intervals: (0..count).map(|k| sweeps * (k + 1) / count - sweeps * k / count).collect(),
             bin_width: arguments.bin_width.unwrap_or(if arguments.paper { 0.1 } else { 0.5 }),
             seed: arguments.shared.seed,
@@ -116,6 +134,18 @@ impl Protocol {
     /// A few sweeps near the steady state, to see how fast this machine is.
     pub(crate) fn trial(&self) -> Self {
         Self { start: StartChoice::Theory, equilibration: 40, intervals: Vec::new(), ..self.clone() }
+    }
+
+    /// What the library is to make sweeps of.
+    pub(crate) fn moves(&self) -> Result<Moves, Failure> {
+        Ok(match self.moves {
+            MovesChoice::Chains => EventChains::default().into(),
+            MovesChoice::Local => LocalMoves::new(Self::MAXIMUM_DISPLACEMENT, &self.slab()?)?.into(),
+        })
+    }
+
+    pub(crate) fn slab(&self) -> Result<Slab, Failure> {
+        Ok(Slab::new(Self::HEIGHT, self.width(), self.width())?)
     }
 
     /// Side of the square base, in diameters.
@@ -146,16 +176,22 @@ impl fmt::Display for Protocol {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             formatter,
-            "{} spheres in {} x {:.4} x {:.4}; {} start; {} replicas of {} + {} sweeps; bins of {:.3}",
+            "{} spheres in {} x {:.4} x {:.4}; {} start; {} moves; {} replicas of {} + {} sweeps; bins of {:.3}",
             self.particles,
             Self::HEIGHT,
             self.width(),
             self.width(),
-            self.start.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned()),
+            name_of(&self.start),
+            name_of(&self.moves),
             self.replicas,
             self.equilibration,
             self.intervals.iter().sum::<u64>(),
             Self::HEIGHT / self.bins() as f64,
         )
     }
+}
+
+/// A choice as it stands on the command line.
+fn name_of(choice: &impl ValueEnum) -> String {
+    choice.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned())
 }

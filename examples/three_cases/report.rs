@@ -199,9 +199,14 @@ impl Report {
         Comparison::new(self.bulk().map(|bin| (bin.packing_fraction(), bin.against_modified_kolafa)))
     }
 
-    /// Trial moves per second on one core.
+    /// Trial moves, or events of chains.
+    pub(crate) fn moves(&self) -> u64 {
+        self.total.trials + self.total.events
+    }
+
+    /// The same per second on one core.
     pub(crate) fn moves_per_second(&self) -> f64 {
-        self.total.trials as f64 / self.busy.as_secs_f64()
+        self.moves() as f64 / self.busy.as_secs_f64()
     }
 
     pub(crate) fn write_csv(&self, path: &Path) -> Result<(), Failure> {
@@ -242,6 +247,8 @@ fn sum_tallies(replicas: &[Replica], tally: impl Fn(&Replica) -> Tally) -> Tally
     for replica in replicas {
         sum.trials += tally(replica).trials;
         sum.accepted += tally(replica).accepted;
+        sum.chains += tally(replica).chains;
+        sum.events += tally(replica).events;
     }
     sum
 }

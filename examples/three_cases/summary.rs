@@ -25,7 +25,13 @@ pub(crate) fn table(reports: &[Report]) -> Table {
     row("packing fraction at the base, theory", &|report| {
         format!("{:.4}", report.base_packing_fraction_theory)
     });
-    row("acceptance of trial moves", &|report| format!("{:.4}", report.production.acceptance()));
+    row("acceptance of trial moves", &|report| {
+        if report.production.trials > 0 {
+            format!("{:.4}", report.production.acceptance())
+        } else {
+            "nothing is rejected".into()
+        }
+    });
     row("bins in the bulk", &|report| report.bulk().count().to_string());
     for (name, comparison) in [
         ("Carnahan-Starling", Report::against_carnahan_starling as fn(&Report) -> Comparison),
@@ -51,10 +57,10 @@ pub(crate) fn table(reports: &[Report]) -> Table {
     row("paper's δ from CS, eq. (33): mean, largest", &|report| {
         format!("{}, {}", percent(report.deviation.mean), percent(report.deviation.largest))
     });
-    row("trial moves, millions", &|report| format!("{:.0}", report.total.trials as f64 / 1e6));
-    row("trial moves per second and core, millions", &|report| {
-        format!("{:.2}", report.moves_per_second() / 1e6)
+    row("trial moves and events of chains, millions", &|report| {
+        format!("{:.0}", report.moves() as f64 / 1e6)
     });
+    row("  the same per second and core", &|report| format!("{:.2}", report.moves_per_second() / 1e6));
     row("processor time", &|report| format!("{:.1} s", report.busy.as_secs_f64()));
     table
 }
@@ -101,7 +107,7 @@ pub(crate) fn remarks(protocol: &Protocol, reports: &[Report], threads: usize, e
         }
     }
     if protocol.start == StartChoice::Theory {
-        let moves: u64 = reports.iter().map(|report| report.total.trials).sum();
+        let moves: u64 = reports.iter().map(Report::moves).sum();
         let busy: f64 = reports.iter().map(|report| report.busy.as_secs_f64()).sum();
         let sweeps = 2 * OTHER_SIDE_SWEEPS * protocol.replicas * reports.len() as u64;
         let seconds =

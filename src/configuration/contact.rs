@@ -165,3 +165,6 @@ impl Configuration {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

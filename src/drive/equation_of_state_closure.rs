@@ -11,6 +11,19 @@ use crate::{Error, Field, Scene, TemperatureProfile};
 ///
 /// Detailed balance is exact and nothing has to converge, but the equation of state is imposed, not
 /// measured: agreement of P with it says little.
+///
+/// ```
+/// use gradient_mc::drive::{Drive, EquationOfStateClosure, Scheme};
+/// use gradient_mc::equation_of_state::IdealGas;
+/// use gradient_mc::{Scene, Slab, field::UniformField, temperature::ExponentialTemperature};
+/// let slab = Slab::new(100.0, 5.0, 5.0)?;
+/// let scene = Scene::new(slab, 25, UniformField::default(), ExponentialTemperature::new(20.0, 0.02)?)?;
+/// let drive = EquationOfStateClosure::new(IdealGas).drive(&scene)?;
+/// // Z = 1, so u' = 1/T + T'/T: with βx = 1 at the top, u rises by (e − 1)/(β T₀) − 1.
+/// let rise = drive.reduced_potential(&scene, 50.0) - drive.reduced_potential(&scene, 0.0);
+/// assert!((rise - (50.0 / 20.0 * 1f64.exp_m1() - 1.0)).abs() < 1e-3);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EquationOfStateClosure<E> {
     equation_of_state: E,

@@ -14,7 +14,7 @@ mod profile;
 pub use profile::{DomainExit, HydrostaticProfile};
 
 use crate::equation_of_state::EquationOfState;
-use crate::{Error, Field, TemperatureProfile};
+use crate::{Error, Field, Slab, TemperatureProfile};
 use legendre::Legendre;
 use march::{Column, Panel};
 
@@ -52,7 +52,8 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
         Self { field, temperature, equation_of_state, base: 0.0, lid: None }
     }
 
-    /// Puts the base at `height` (0.5 is where the centres of real spheres start).
+    /// Puts the base at `height`, at most 10⁶ diameters from x = 0 (0.5 is where the centres of real
+    /// spheres start).
     #[must_use]
     pub fn base(mut self, height: f64) -> Self {
         self.base = height;
@@ -79,8 +80,8 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
     /// anywhere, so there is no profile to find, and the error is [`Error::HydrostaticsNotConverged`].
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a column density that is not positive and finite, or a lid that
-    /// is not above the base; [`Error::InvalidField`] and [`Error::InvalidTemperature`] where the scene
+    /// [`Error::InvalidParameter`] for a column density that is not positive and finite, a base that is
+    /// too far from x = 0, or a lid that is not above the base; [`Error::InvalidField`] and [`Error::InvalidTemperature`] where the scene
     /// is not usable; [`Error::EquationOfStateExhausted`] if no state carries the weight;
     /// [`Error::UnboundedColumn`] if the column is open and the field does not hold it;
     /// [`Error::HydrostaticsNotConverged`] for a scene beyond the solver.
@@ -105,6 +106,11 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
 
     fn column(&self) -> Result<Column<'_, F, T, E>, Error> {
         let base = Error::require_finite("base of the column", self.base)?;
+        if base.abs() > Slab::MAXIMUM_EXTENT {
+            // Where heights are coarser than what happens between them there is no profile.
+            let requirement = "it must lie within 1e6 diameters of x = 0";
+            return Err(Error::InvalidParameter { name: "base of the column", value: base, requirement });
+        }
         if let Some(lid) = self.lid {
             let lid = Error::require_finite("lid of the column", lid)?;
             // Closer than this to each other the two are the same height to rounding.

@@ -3,7 +3,7 @@
 //! | family | balance | what it is for |
 //! |---|---|---|
 //! | [`LocalMoves`] | detailed | the paper's rule; any drive |
-//! | [`EventChains`] | global | the fastest way to a small error bar; drives that are fixed while measuring |
+//! | [`EventChains`] | global | the fastest way to a small error bar (with local moves in between); drives that are fixed while measuring |
 //!
 //! Each reads the drive (`reduced_potential` through [`log_acceptance`](crate::drive::log_acceptance), or its derivative
 //! `reduced_force`) and nothing else. A new family is a new file here and a variant of [`Moves`].

@@ -11,6 +11,19 @@ use crate::{Error, Frame, Observer, ObserverError, Slab};
 /// `[0.5, height − 0.5]`, so a bin that reaches over such an edge is partly inaccessible and its
 /// density correspondingly low; [`with_range`](Self::with_range) puts an edge where the centres begin, as the contact
 /// density n(0.5⁺) needs.
+///
+/// ```
+/// use gradient_mc::observers::DensityProfile;
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+/// let slab = Slab::new(60.0, 6.0, 6.0)?;
+/// let scene = Scene::new(slab, 72, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let mut profile = DensityProfile::new(&slab, 120)?;
+/// Simulation::builder(scene).build()?.run(64, &mut profile)?;
+/// // n A Δx, summed over the bins, is the number of spheres.
+/// let spheres: f64 = profile.means().iter().map(|density| density * 36.0 * 0.5).sum();
+/// assert!((spheres - 72.0).abs() < 1e-9);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct DensityProfile {
     bins: Bins,

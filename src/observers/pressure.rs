@@ -18,6 +18,18 @@ use crate::{Error, Frame, Observer, ObserverError, Slab};
 ///
 /// `P_lid` is what the lid bears: zero for a column that ends below it (the default), T n(contact) at the
 /// lid otherwise. It is taken as exact.
+///
+/// ```
+/// use gradient_mc::observers::PressureProfile;
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+/// let slab = Slab::new(60.0, 6.0, 6.0)?;
+/// let scene = Scene::new(slab, 72, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let mut profile = PressureProfile::new(&slab, 120)?;
+/// Simulation::builder(scene).build()?.run(64, &mut profile)?;
+/// // Below the lowest centres the pressure is the weight of the column, N/A.
+/// assert!((profile.points()?[0].pressure.mean - 2.0).abs() < 1e-12);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct PressureProfile {
     bins: Bins,

@@ -1,7 +1,8 @@
 //! Close-packed lattices that fit the slab, and the compact start.
 
 use super::Start;
-use crate::random::index;
+use crate::configuration::wrap;
+use crate::random::{index, symmetric};
 use crate::{Error, Generator, Scene, Slab};
 use nalgebra::Vector3;
 
@@ -23,9 +24,13 @@ impl Start for Compact {
     }
 }
 
-/// Spheres in adjacent sites are this much farther apart than touching, so that no rounding makes
-/// them overlap.
-const GAP: f64 = 1e-9;
+/// Adjacent sites are this much farther apart than touching: event chains pass on from sphere to sphere by
+/// the gaps between them, and would not get ahead without.
+const GAP: f64 = 1e-3;
+/// Spheres are placed at random within this distance of their site along each axis: in a perfect lattice
+/// chains close gaps until rings of touching spheres fit the width exactly, and are stuck. Two
+/// neighbours take up at most 2·√3/4 of the gap.
+const JITTER: f64 = 0.25 * GAP;
 
 /// Layers of a two-dimensional lattice, every other layer shifted over the hollows of the one below.
 #[derive(Debug, Clone)]
@@ -160,11 +165,14 @@ impl Lattice {
             }
             let height = slab.lowest_center() + layer as f64 * self.spacing;
             for &site in &order[..count] {
-                let along = |axis: usize| {
+                let along = |axis: usize, jitter: f64| {
                     let shift = if layer % 2 == 1 { self.shift[axis] } else { 0.0 };
-                    (self.sites[site][axis] + shift) % slab.widths()[axis]
+                    wrap((self.sites[site][axis] + shift) % slab.widths()[axis] + jitter, slab.widths()[axis])
                 };
-                positions.push(Vector3::new(height, along(0), along(1)));
+                let [x, y, z] = [0; 3].map(|_| JITTER * symmetric(generator));
+                // Within half the jitter of the lid or the base, upward or downward is all that is left.
+                let height = (height + x).clamp(slab.lowest_center(), slab.highest_center());
+                positions.push(Vector3::new(height, along(0, y), along(1, z)));
             }
         }
         Ok(positions)

@@ -23,6 +23,22 @@ use crate::{Error, Field, Generator, Scene, TemperatureProfile};
 use nalgebra::Vector3;
 
 /// A way to place the spheres of a scene.
+///
+/// ```
+/// use gradient_mc::start::Start;
+/// use gradient_mc::{Error, Field, Generator, Scene, TemperatureProfile, Vector3};
+/// /// A single file of touching spheres.
+/// struct Tower;
+/// impl Start for Tower {
+///     fn place<F: Field, T: TemperatureProfile>(
+///         &self,
+///         scene: &Scene<F, T>,
+///         _: &mut Generator,
+///     ) -> Result<Vec<Vector3<f64>>, Error> {
+///         Ok((0..scene.particles()).map(|sphere| Vector3::new(0.5 + sphere as f64, 1.0, 1.0)).collect())
+///     }
+/// }
+/// ```
 pub trait Start {
     /// As many centres as the scene has spheres, inside the slab; the simulation checks them.
     ///

@@ -5,6 +5,20 @@ use crate::{Error, Generator, Scene};
 use nalgebra::Vector3;
 
 /// Centres in diameters, x up. They must lie in the slab (y and z in [0, width]) and not overlap.
+///
+/// ```
+/// use gradient_mc::start::Positions;
+/// use gradient_mc::{Scene, Simulation, Slab, Vector3, field::UniformField, temperature::Isothermal};
+/// let slab = Slab::new(20.0, 3.0, 3.0)?;
+/// let scene = Scene::new(slab, 2, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let centers = vec![Vector3::new(0.5, 1.0, 1.0), Vector3::new(1.5, 1.0, 1.0)];
+/// let mut simulation = Simulation::builder(scene).start(Positions(centers)).build()?;
+/// simulation.equilibrate(10, &mut ())?;
+/// // What a later run needs to go on from here.
+/// let resumed = Simulation::builder(scene).start(Positions(simulation.positions())).build()?;
+/// assert_eq!(resumed.positions(), simulation.positions());
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Positions(
     /// The centres, one per sphere of the scene.

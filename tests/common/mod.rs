@@ -9,5 +9,6 @@
 )]
 
 pub mod balance;
+pub mod exact;
 pub mod scenes;
 pub mod wrong_rules;

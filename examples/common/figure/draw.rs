@@ -71,10 +71,7 @@ pub(super) fn figure<DB: DrawingBackend>(
 }
 
 fn draw_panel<DB: DrawingBackend>(panel: &Panel, area: &Area<DB>, pen: Pen) -> Result<(), Failure> {
-    let letters = if panel.inset { 15.0 } else { 20.0 };
-    if panel.inset {
-        area.fill(&WHITE).map_err(explain)?;
-    }
+    let letters = 20.0;
     let below = if panel.without_x_labels { 8.0 } else { 3.1 * letters };
     let mut chart = ChartBuilder::on(area)
         .margin_top(pen.pixels(6.0))
@@ -249,7 +246,7 @@ fn draw_legend<DB: DrawingBackend>(
     pen: Pen,
 ) -> Result<(), Failure> {
     let entries: Vec<_> = panel.series.iter().filter(|series| !series.label.is_empty()).collect();
-    let letters = if panel.inset { 14.0 } else { 18.0 };
+    let letters = 18.0;
     let style = pen.text(letters).pos(Pos::new(HPos::Left, VPos::Center));
     let (sample, row, margin) = (pen.offset(44.0), pen.offset(1.45 * letters), pen.offset(14.0));
     let mut widest = 0;

@@ -105,12 +105,11 @@ pub(crate) struct Panel {
     legend: Option<Corner>,
     /// Shares the axis below with the next panel.
     without_x_labels: bool,
-    inset: bool,
 }
 
 impl Panel {
     pub(crate) fn new(place: Place, x: Axis, y: Axis) -> Self {
-        Self { place, x, y, series: Vec::new(), legend: None, without_x_labels: false, inset: false }
+        Self { place, x, y, series: Vec::new(), legend: None, without_x_labels: false }
     }
 
     pub(crate) fn with_legend(mut self, corner: Corner) -> Self {
@@ -121,12 +120,6 @@ impl Panel {
     /// Leaves the labels of the x axis to the panel below.
     pub(crate) fn without_x_labels(mut self) -> Self {
         self.without_x_labels = true;
-        self
-    }
-
-    /// Smaller letters on a white ground, for a panel within another.
-    pub(crate) fn into_inset(mut self) -> Self {
-        self.inset = true;
         self
     }
 

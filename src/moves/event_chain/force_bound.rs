@@ -7,7 +7,9 @@ use crate::{Error, Field, Scene, TemperatureProfile};
 ///
 /// Field events are drawn at these rates and thinned to the true one (Lewis and Shedler,
 /// doi:10.1002/nav.3800260304), which is exact as long as the bounds hold. They come from probes, with the
-/// range that the probes span as a margin; a force above its bound ends the sweep with an error.
+/// range that the probes span as a margin. Between two probes the force must reach its mean, which is a
+/// difference of potentials: where that exceeds the bound, chains would hardly ever see what is there, and it is an
+/// error. So is a single force above its bound, when it is met.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ForceBounds {
     /// Of u', which stops spheres that rise, and of −u', which stops those that sink.
@@ -48,7 +50,9 @@ impl ForceBounds {
             }
             // The second term covers the rounding of a derivative taken numerically.
             let margin = largest - smallest + 1e-8 * largest.abs().max(smallest.abs());
-            self.layers.push([(largest + margin).max(0.0), (margin - smallest).max(0.0)]);
+            let bounds = [(largest + margin).max(0.0), (margin - smallest).max(0.0)];
+            check_mean_forces(drive, scene, low, bounds)?;
+            self.layers.push(bounds);
             low += 1.0;
         }
         Ok(())
@@ -86,4 +90,34 @@ impl ForceBounds {
             layer = if rising { (layer + 1).min(self.layers.len() - 1) } else { layer.saturating_sub(1) };
         }
     }
+}
+
+/// Fails where the potential between two probes of the layer at `low` changes by more than the bounds
+/// of its force allow.
+fn check_mean_forces<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
+    drive: &D,
+    scene: &Scene<F, T>,
+    low: f64,
+    bounds: [f64; 2],
+) -> Result<(), Error> {
+    /// A field that interpolates its potential is consistent with its force to 1e-8; rounding adds 1e-14.
+    const CONSISTENCY: f64 = 1e-5;
+    let height = |probe: u32| {
+        let x = low + f64::from(probe) / f64::from(PROBES);
+        x.clamp(scene.slab().lowest_center(), scene.slab().highest_center())
+    };
+    let mut before = drive.reduced_potential(scene, height(0));
+    for probe in 1..=PROBES {
+        let (from, to) = (height(probe - 1), height(probe));
+        let after = drive.reduced_potential(scene, to);
+        let allowed = 1e-12 * (before.abs() + after.abs()) + 1e-12;
+        for (rise, bound) in [(after - before, bounds[0]), (before - after, bounds[1])] {
+            if rise > (1.0 + CONSISTENCY) * bound * (to - from) + allowed {
+                let force = (after - before) / (to - from);
+                return Err(Error::InvalidForce { height: 0.5 * (from + to), force, bound });
+            }
+        }
+        before = after;
+    }
+    Ok(())
 }

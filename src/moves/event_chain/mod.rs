@@ -2,12 +2,12 @@
 
 mod force_bound;
 
-use super::Sweep;
+use super::{LocalMoves, Sweep, local};
 use crate::configuration::{Contact, wrap};
 use crate::drive::{Drive, Phase};
 use crate::observer::{AcceptedMove, Collision};
 use crate::random::{exponential, index, unit};
-use crate::{Error, Field, TemperatureProfile};
+use crate::{Error, Field, Slab, TemperatureProfile};
 use force_bound::ForceBounds;
 use nalgebra::Vector3;
 
@@ -22,6 +22,12 @@ pub enum FieldEvent {
     Relocate,
     /// The sphere itself turns round. Correct as well, and slow: the chain undoes what it has done.
     Reverse,
+    /// Wrong, to show that tests notice: any sphere, without the weight |u'|.
+    #[cfg(test)]
+    Unweighted,
+    /// Wrong, to show that tests notice: a sphere drawn as for `Relocate`, but sent uphill.
+    #[cfg(test)]
+    Uphill,
 }
 
 /// Straight event chains (Bernard, Krauth and Wilson, doi:10.1103/PhysRevE.80.056704; the field as a factor
@@ -30,7 +36,7 @@ pub enum FieldEvent {
 /// A sphere moves along an axis until it touches another, which moves on in the same direction, until
 /// the chain has used up its length. Nothing is ever rejected. Along x a sphere that goes uphill in the reduced
 /// potential u is stopped by the field at the rate |u'| per distance; then the chain continues as
-/// [`FieldEvent`] says. A wall turns a sphere round.
+/// [`FieldEvent`] says. A wall turns a sphere round. A sweep of [local moves](Self::local_moves) follows the chains.
 ///
 /// Chains hold global balance, not detailed balance; the proof is in `docs/event_chains.md`.
 ///
@@ -51,12 +57,19 @@ pub struct EventChains {
     length: Option<f64>,
     vertical_fraction: f64,
     field_event: FieldEvent,
+    local_moves: Option<LocalMoves>,
 }
 
 impl Default for EventChains {
-    /// Chains whose length is tuned while equilibrating, 80 % of them vertical.
+    /// Chains whose length is tuned while equilibrating, 90 % of their path vertical, and local moves of up to half
+    /// a diameter.
     fn default() -> Self {
-        Self { length: None, vertical_fraction: 0.8, field_event: FieldEvent::Relocate }
+        Self {
+            length: None,
+            vertical_fraction: 0.9,
+            field_event: FieldEvent::Relocate,
+            local_moves: Some(LocalMoves::unchecked(0.5)),
+        }
     }
 }
 
@@ -67,7 +80,8 @@ impl EventChains {
     pub const MAXIMUM_LENGTH: f64 = 1e6;
 
     /// Chains of the given mean length in diameters, not tuned; single lengths are uniform between zero
-    /// and twice that, so that none is commensurate with the box.
+    /// and twice that, so that none is commensurate with the box. Lateral ones, which go round and
+    /// round, are on average at most as long as the slab is wide.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] unless positive and at most [`MAXIMUM_LENGTH`](Self::MAXIMUM_LENGTH).
@@ -80,7 +94,8 @@ impl EventChains {
         }
     }
 
-    /// Share of the chains that run along x; the others run along y and z in equal parts.
+    /// Share of the path of all chains that runs along x; the rest runs along y and z, in equal numbers of
+    /// chains.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] unless above 0 and below 1: without both kinds not every
@@ -104,6 +119,20 @@ impl EventChains {
         Self { field_event, ..self }
     }
 
+    /// A sweep of local moves after the chains of each sweep, by default with S = 0.5.
+    ///
+    /// Chains move a whole column and local moves its spheres: by both together n(x) becomes known
+    /// two to three times as fast in every bin, the centre of mass half as fast.
+    #[must_use]
+    pub fn local_moves(self, local_moves: Option<LocalMoves>) -> Self {
+        Self { local_moves, ..self }
+    }
+
+    /// Fails if there are local moves too large for `slab`.
+    pub(crate) fn check(&self, slab: &Slab) -> Result<(), Error> {
+        self.local_moves.map_or(Ok(()), |moves| moves.check(slab))
+    }
+
     /// Mean length of a chain in diameters, unless it is tuned.
     #[must_use]
     pub fn length(&self) -> Option<f64> {
@@ -119,15 +148,22 @@ pub(crate) struct Engine {
     bounds: ForceBounds,
     /// Path by which the chains so far exceed what the sweeps so far were to use, in diameters.
     advance: f64,
+    local: Option<local::Engine>,
 }
 
 impl Engine {
     pub(super) fn new(chains: EventChains) -> Self {
-        Self { chains, length: ChainLength::new(chains.length), bounds: ForceBounds::default(), advance: 0.0 }
+        Self {
+            chains,
+            length: ChainLength::new(chains.length),
+            bounds: ForceBounds::default(),
+            advance: 0.0,
+            local: chains.local_moves.map(local::Engine::new),
+        }
     }
 
     /// Chains whose lengths add up to [`EventChains::PATH_PER_SPHERE`] for every sphere, on average over
-    /// sweeps.
+    /// sweeps, and local moves.
     pub(super) fn sweep<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
         &mut self,
         sweep: &mut Sweep<'_, F, T, D>,
@@ -138,29 +174,39 @@ impl Engine {
         }
         let particles = sweep.configuration.len();
         sweep.configuration.track();
+        let vertical_length = self.length.mean();
+        let lateral_lengths = sweep.configuration.slab().widths().map(|width| vertical_length.min(width));
+        let lateral_length = 0.5 * (lateral_lengths[0] + lateral_lengths[1]);
+        // Share of the chains that makes the share of the path.
+        let share = self.chains.vertical_fraction;
+        let vertical = share * lateral_length / (share * lateral_length + (1.0 - share) * vertical_length);
         // What one sweep uses too much, later ones use less. Lengths do not depend on the configuration,
         // so neither does where a sweep ends.
         self.advance -= EventChains::PATH_PER_SPHERE * particles as f64;
         while self.advance < 0.0 {
-            let length = 2.0 * self.length.mean() * unit(sweep.generator);
+            let axis = if unit(sweep.generator) < vertical {
+                0
+            } else if unit(sweep.generator) < 0.5 {
+                1
+            } else {
+                2
+            };
+            let mean = if axis == 0 { vertical_length } else { lateral_lengths[axis - 1] };
+            let length = 2.0 * mean * unit(sweep.generator);
             self.advance += length;
             let sphere = index(sweep.generator, particles);
-            let choice = unit(sweep.generator);
-            let axis = if choice < self.chains.vertical_fraction {
+            if axis == 0 {
                 let rising = unit(sweep.generator) < 0.5;
                 self.vertical_chain(sweep, sphere, rising, length)?;
-                0
             } else {
-                let axis = if 2.0 * choice < 1.0 + self.chains.vertical_fraction { 1 } else { 2 };
                 lateral_chain(sweep, sphere, axis, length)?;
-                axis
-            };
+            }
             sweep.tally.chains += 1;
             if let Some(recorder) = &mut sweep.recorder {
                 recorder.record_chain(axis, length);
             }
         }
-        Ok(())
+        self.local.as_mut().map_or(Ok(()), |moves| moves.sweep(sweep))
     }
 
     /// A chain along x.
@@ -173,7 +219,7 @@ impl Engine {
     ) -> Result<(), Error> {
         let slab = *sweep.configuration.slab();
         self.length.path += left;
-        let mut patience = Patience::new(left);
+        let mut patience = Patience::new(left, sweep.phase);
         // The field's clock: it strikes when the bound of the force, integrated along the path, uses it up.
         let mut clock = exponential(sweep.generator);
         loop {
@@ -192,7 +238,9 @@ impl Engine {
             let new_height = (height + signed).clamp(slab.lowest_center(), slab.highest_center());
             sweep.displace(sphere, position, 0, signed, new_height);
             left -= distance;
-            patience.lose(left)?;
+            if !patience.lasts(left)? {
+                return Ok(());
+            }
             match stop {
                 Stop::End => return Ok(()),
                 Stop::Contact(contact) => {
@@ -232,7 +280,7 @@ impl Engine {
         /// turn round where forces differ much.
         const STEPS: u32 = 4;
         let (mut chosen, mut chosen_force) = (sphere, force);
-        if self.chains.field_event == FieldEvent::Relocate {
+        if self.chains.field_event != FieldEvent::Reverse {
             for _ in 0..STEPS {
                 let other = index(sweep.generator, sweep.configuration.len());
                 let height = sweep.configuration.position(other)[0];
@@ -240,11 +288,20 @@ impl Engine {
                 if other_force.is_nan() {
                     return Err(Error::InvalidForce { height, force: other_force, bound: f64::MAX });
                 }
+                #[cfg(test)]
+                if self.chains.field_event == FieldEvent::Unweighted {
+                    (chosen, chosen_force) = (other, other_force);
+                    continue;
+                }
                 // Metropolis for the distribution |u'|.
                 if other_force.abs() >= chosen_force.abs() * unit(sweep.generator) && other_force != 0.0 {
                     (chosen, chosen_force) = (other, other_force);
                 }
             }
+        }
+        #[cfg(test)]
+        if self.chains.field_event == FieldEvent::Uphill {
+            return Ok((chosen, chosen_force > 0.0));
         }
         Ok((chosen, chosen_force < 0.0))
     }
@@ -288,28 +345,48 @@ impl ChainLength {
 }
 
 /// Guards against chains that go on for ever without getting anywhere, where spheres touch all along
-/// the way.
+/// the way or the force is immense.
+///
+/// While equilibrating, when no balance has to be kept yet, such a chain is given up early and quietly: crystals
+/// to start from are jammed until they have melted. In production it is an error, since giving up
+/// where spheres are dense would favour what is not.
 struct Patience {
-    events: f64,
+    phase: Phase,
     length: f64,
+    /// Straight pieces since the mark.
+    pieces: u32,
+    /// Length that was left at the mark.
+    mark: f64,
 }
 
 impl Patience {
-    /// Events per diameter that no configuration needs unless it is jammed to a ten-thousandth of a
-    /// diameter.
-    const EVENTS_PER_DIAMETER: f64 = 1e4;
+    /// Straight pieces within which a chain must advance by one diameter. Only spheres that are jammed to a
+    /// hundred-thousandth of a diameter need more.
+    const PIECES: u32 = 100_000;
+    /// The same while equilibrating.
+    const PIECES_IN_EQUILIBRATION: u32 = 10_000;
 
-    fn new(length: f64) -> Self {
-        Self { events: 1e4 + Self::EVENTS_PER_DIAMETER * length, length }
+    fn new(length: f64, phase: Phase) -> Self {
+        Self { phase, length, pieces: 0, mark: length }
     }
 
+    /// Whether the chain, which has `left` to go, may go on.
     #[inline]
-    fn lose(&mut self, left: f64) -> Result<(), Error> {
-        self.events -= 1.0;
-        if self.events > 0.0 {
-            return Ok(());
+    fn lasts(&mut self, left: f64) -> Result<bool, Error> {
+        self.pieces += 1;
+        if self.pieces < Self::PIECES_IN_EQUILIBRATION { Ok(true) } else { self.look(left) }
+    }
+
+    #[cold]
+    fn look(&mut self, left: f64) -> Result<bool, Error> {
+        if self.mark - left >= 1.0 {
+            (self.pieces, self.mark) = (0, left);
+        } else if self.phase == Phase::Equilibration {
+            return Ok(false);
+        } else if self.pieces >= Self::PIECES {
+            return Err(Error::ChainStuck { length: self.length, path: self.length - left });
         }
-        Err(Error::ChainStuck { length: self.length, path: self.length - left })
+        Ok(true)
     }
 }
 
@@ -333,7 +410,7 @@ fn lateral_chain<F, T, D>(
     mut left: f64,
 ) -> Result<(), Error> {
     let width = sweep.configuration.slab().widths()[axis - 1];
-    let mut patience = Patience::new(left);
+    let mut patience = Patience::new(left, sweep.phase);
     loop {
         let position = sweep.configuration.position(sphere);
         // Beyond half the width an image would be nearer.
@@ -343,7 +420,9 @@ fn lateral_chain<F, T, D>(
         let coordinate = wrap(position[axis] + distance, width);
         sweep.displace(sphere, position, axis, distance, coordinate);
         left -= distance;
-        patience.lose(left)?;
+        if !patience.lasts(left)? {
+            return Ok(());
+        }
         if let Some(contact) = contact {
             sweep.collide(axis, position[0], contact);
             sphere = contact.sphere;
@@ -378,3 +457,6 @@ impl<F, T, D> Sweep<'_, F, T, D> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests;

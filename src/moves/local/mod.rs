@@ -117,7 +117,7 @@ pub(crate) struct Engine {
 }
 
 impl Engine {
-    pub(super) fn new(moves: LocalMoves) -> Self {
+    pub(in crate::moves) fn new(moves: LocalMoves) -> Self {
         Self { moves, domains: Domains::default(), outcomes: Vec::new(), scratch: Vec::new() }
     }
 
@@ -126,7 +126,7 @@ impl Engine {
     /// # Errors
     /// [`Error::InvalidPotential`] where a field or a temperature turns out not to be finite between
     /// the heights that were probed; the configuration stays valid.
-    pub(super) fn sweep<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
+    pub(in crate::moves) fn sweep<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
         &mut self,
         sweep: &mut Sweep<'_, F, T, D>,
     ) -> Result<(), Error> {

@@ -1,0 +1,180 @@
+//! CPU time until the error of `h_c`, n(x) and P(x) falls below half a per cent: `cargo bench --bench
+//! time_to_accuracy`.
+//!
+//! The paper's column (T = 20, N/A = 40, 400 high) on a narrower base, by every way of moving there is and
+//! from both starts. The error is the true one, against a long reference run by event chains: the
+//! root mean square over independent replicas, of averages over the second half of the run so far. So it
+//! contains whatever the start has left behind. Times are CPU seconds of the thread that does the work;
+//! ratios within one run are to be quoted, since absolute times drift on a shared machine.
+
+#![allow(clippy::print_stdout)]
+
+#[path = "../../examples/common/mod.rs"]
+mod common;
+#[path = "../plain/mod.rs"]
+mod plain;
+
+mod chart;
+mod column;
+mod methods;
+
+use clap::Parser;
+use column::{Errors, Profile};
+use common::Failure;
+use common::table::Table;
+use methods::{Engine, Method};
+use rayon::prelude::*;
+use std::path::PathBuf;
+
+#[derive(Parser, Debug)]
+struct Arguments {
+    /// Side of the square base, in diameters; the paper's is 25
+    #[arg(long, default_value_t = 5.0)]
+    width: f64,
+    /// Independent replicas of every method
+    #[arg(long, default_value_t = 4)]
+    replicas: u64,
+    /// Relative error to be reached
+    #[arg(long, default_value_t = 0.005)]
+    target: f64,
+    /// CPU seconds after which a replica gives up
+    #[arg(long, default_value_t = 40.0)]
+    patience: f64,
+    /// Directory for the table and the picture
+    #[arg(long, default_value = "out/time_to_accuracy")]
+    out: PathBuf,
+    /// What cargo adds
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+/// Errors of a method when its replicas had used this much CPU time each.
+#[derive(Debug, Clone, Copy)]
+struct Checkpoint {
+    seconds: f64,
+    sweeps: u64,
+    errors: Errors,
+}
+
+fn main() -> Result<(), Failure> {
+    let arguments = Arguments::parse();
+    common::output::create_directory(&arguments.out)?;
+    let particles = column::particles(arguments.width);
+    println!("{particles} spheres over {0} x {0}, T = {1}", arguments.width, column::TEMPERATURE);
+    let reference = reference(&arguments)?;
+    println!(
+        "reference: h_c = {:.4}, of event chains; density functional theory of the same column, on an infinite base: 49.394",
+        reference.center_of_mass
+    );
+    let mut runs = Vec::new();
+    for method in Method::ALL {
+        let checkpoints = measure(method, &arguments, &reference)?;
+        if let Some(last) = checkpoints.last() {
+            println!(
+                "{:<44} {} sweeps, {:.1} CPU s each: {}",
+                method.label(),
+                last.sweeps,
+                last.seconds,
+                last.errors
+            );
+        }
+        runs.push((method, checkpoints));
+    }
+    println!("\n{}", table(&runs, arguments.target));
+    chart::draw(&runs, arguments.target, &arguments.out.join("time_to_accuracy"))?;
+    println!("written to {}", arguments.out.display());
+    Ok(())
+}
+
+/// A profile with an error far below what is to be measured.
+fn reference(arguments: &Arguments) -> Result<Profile, Failure> {
+    const REPLICAS: u64 = 4;
+    let relaxation = 4_000;
+    let profiles: Vec<Profile> = (0..REPLICAS)
+        .into_par_iter()
+        .map(|replica| {
+            let mut engine = Method::ChainsFromTheory.engine(arguments.width, 1_000 + replica)?;
+            engine.sweep(relaxation)?;
+            column::observe(&mut *engine, arguments.width, 50 * relaxation)
+        })
+        .collect::<Result<_, Failure>>()?;
+    Ok(Profile::mean(&profiles))
+}
+
+/// Follows the replicas of a method, in stretches that double their length, until all errors are below
+/// the target.
+fn measure(method: Method, arguments: &Arguments, reference: &Profile) -> Result<Vec<Checkpoint>, Failure> {
+    let mut replicas: Vec<(Box<dyn Engine>, f64)> = (0..arguments.replicas)
+        .map(|seed| Ok((method.engine(arguments.width, seed)?, 0.0)))
+        .collect::<Result<_, Failure>>()?;
+    let mut checkpoints: Vec<Checkpoint> = Vec::new();
+    let mut sweeps = 0;
+    let mut stretch = 64;
+    loop {
+        let profiles: Vec<Profile> = replicas
+            .par_iter_mut()
+            .with_max_len(1)
+            .map(|(engine, seconds)| {
+                let start = methods::cpu_seconds();
+                let profile = column::observe(&mut **engine, arguments.width, stretch)?;
+                *seconds += methods::cpu_seconds() - start;
+                Ok(profile)
+            })
+            .collect::<Result<_, Failure>>()?;
+        sweeps += stretch;
+        stretch = sweeps;
+        let seconds = replicas.iter().map(|(_, seconds)| seconds).sum::<f64>() / replicas.len() as f64;
+        let errors = Errors::of(&profiles, reference);
+        checkpoints.push(Checkpoint { seconds, sweeps, errors });
+        // Twice the target, so that the crossing is seen from both sides.
+        if errors.largest() < 0.7 * arguments.target || seconds > arguments.patience {
+            return Ok(checkpoints);
+        }
+    }
+}
+
+/// CPU seconds at which an error falls below the target for good, between checkpoints by a power law.
+fn crossing(checkpoints: &[Checkpoint], target: f64, error: impl Fn(&Errors) -> f64) -> Option<f64> {
+    let last_above = checkpoints.iter().rposition(|checkpoint| error(&checkpoint.errors) >= target);
+    let Some(above) = last_above else { return checkpoints.first().map(|first| first.seconds) };
+    let (before, after) = (checkpoints.get(above)?, checkpoints.get(above + 1)?);
+    let (high, low) = (error(&before.errors), error(&after.errors));
+    let part = libm::log(high / target) / libm::log(high / low);
+    Some(before.seconds * libm::pow(after.seconds / before.seconds, part))
+}
+
+/// One of the errors.
+type Quantity = fn(&Errors) -> f64;
+
+fn table(runs: &[(Method, Vec<Checkpoint>)], target: f64) -> Table {
+    let quantities: [(&str, Quantity); 3] = [
+        ("h_c", |errors| errors.center_of_mass),
+        ("n(x)", |errors| errors.density),
+        ("P(x)", |errors| errors.pressure),
+    ];
+    let mut head = vec![format!("CPU seconds to {} %", 100.0 * target)];
+    for (name, _) in quantities {
+        head.extend([name.to_owned(), "gain".to_owned()]);
+    }
+    let mut table = Table::new(head);
+    let baseline = runs.iter().find(|(method, _)| *method == Method::Plain);
+    for (method, checkpoints) in runs {
+        let mut cells = Vec::new();
+        for (_, error) in quantities {
+            let own = crossing(checkpoints, target, error);
+            let other = baseline.and_then(|(_, checkpoints)| crossing(checkpoints, target, error));
+            let spent = checkpoints.last().map_or(0.0, |last| last.seconds);
+            cells.push(own.map_or(format!("> {spent:.0}"), |seconds| format!("{seconds:.2}")));
+            cells.push(match (other, own) {
+                (Some(other), Some(own)) => format!("{:.1}", other / own),
+                (None, Some(own)) => {
+                    let least = baseline.and_then(|(_, all)| all.last()).map_or(0.0, |last| last.seconds);
+                    format!("> {:.0}", least / own)
+                }
+                _ => "?".into(),
+            });
+        }
+        table.row(method.label(), cells);
+    }
+    table
+}

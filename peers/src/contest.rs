@@ -1,0 +1,119 @@
+//! Engines that take turns, and what comes of it.
+
+use crate::Failure;
+use rustix::time::{ClockId, clock_gettime};
+
+/// Trials and acceptances of one turn.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Count {
+    pub(crate) trials: u64,
+    pub(crate) accepted: u64,
+}
+
+/// Something that sweeps.
+pub(crate) trait Engine {
+    fn label(&self) -> String;
+    fn run(&mut self, sweeps: u64) -> Result<Count, Failure>;
+}
+
+/// What a turn costs.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Clock {
+    /// CPU time of this thread: hardly disturbed by others on the machine.
+    Cpu,
+    /// Time on the wall, the only one that tells what a second thread gains.
+    Wall,
+}
+
+impl Clock {
+    fn seconds(self) -> f64 {
+        read(match self {
+            Self::Cpu => ClockId::ThreadCPUTime,
+            Self::Wall => ClockId::Monotonic,
+        })
+    }
+}
+
+fn read(clock: ClockId) -> f64 {
+    let time = clock_gettime(clock);
+    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
+}
+
+/// All turns of one engine.
+#[derive(Debug)]
+pub(crate) struct Outcome {
+    pub(crate) label: String,
+    /// Million trials per second, one of each turn.
+    pub(crate) rates: Vec<f64>,
+    pub(crate) count: Count,
+    cpu: f64,
+    wall: f64,
+}
+
+impl Outcome {
+    /// Cores that it had on average. Below the number of its threads, others used the machine.
+    pub(crate) fn cores(&self) -> f64 {
+        self.cpu / self.wall
+    }
+
+    pub(crate) fn rate(&self) -> f64 {
+        median(self.rates.clone())
+    }
+
+    pub(crate) fn acceptance(&self) -> f64 {
+        self.count.accepted as f64 / self.count.trials as f64
+    }
+
+    /// Median over turns of the ratio of the rates.
+    pub(crate) fn over(&self, other: &Self) -> f64 {
+        median(self.rates.iter().zip(&other.rates).map(|(mine, theirs)| mine / theirs).collect())
+    }
+}
+
+fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let half = values.len() / 2;
+    if values.len() % 2 == 1 { values[half] } else { 0.5 * (values[half - 1] + values[half]) }
+}
+
+/// Lets the engines take turns of about `seconds` each; who begins changes.
+pub(crate) fn contest(
+    engines: &mut [Box<dyn Engine>],
+    clock: Clock,
+    turns: usize,
+    seconds: f64,
+) -> Result<Vec<Outcome>, Failure> {
+    let mut sweeps = Vec::new();
+    let mut outcomes = Vec::new();
+    for engine in engines.iter_mut() {
+        // The turn that warms the caches also tells how many sweeps one takes.
+        let start = clock.seconds();
+        let mut done = 0_u32;
+        while clock.seconds() - start < 0.2 * seconds {
+            engine.run(1)?;
+            done += 1;
+        }
+        let wanted = seconds * f64::from(done) / (clock.seconds() - start);
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        sweeps.push(wanted.ceil() as u64);
+        let (label, rates, count) = (engine.label(), Vec::new(), Count::default());
+        outcomes.push(Outcome { label, rates, count, cpu: 0.0, wall: 0.0 });
+    }
+    let contestants = engines.len();
+    for turn in 0..turns {
+        for place in 0..contestants {
+            let index = (place + turn) % contestants;
+            let (cpu, wall) = (read(ClockId::ProcessCPUTime), read(ClockId::Monotonic));
+            let start = clock.seconds();
+            let count = engines[index].run(sweeps[index])?;
+            let elapsed = clock.seconds() - start;
+            let outcome = &mut outcomes[index];
+            outcome.cpu += read(ClockId::ProcessCPUTime) - cpu;
+            outcome.wall += read(ClockId::Monotonic) - wall;
+            outcome.rates.push(1e-6 * count.trials as f64 / elapsed);
+            outcome.count.trials += count.trials;
+            outcome.count.accepted += count.accepted;
+        }
+    }
+    Ok(outcomes)
+}

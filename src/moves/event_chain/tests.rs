@@ -1,0 +1,91 @@
+//! Rules for field events, right and wrong, against the exact mean height of two spheres.
+
+use super::*;
+use crate::field::{ExponentialField, LinearField};
+use crate::observers::CenterOfMass;
+use crate::temperature::Isothermal;
+use crate::{Every, Scene, Simulation, Slab};
+
+const SIDE: f64 = 3.0;
+
+/// Mean height of two spheres over a base 3 x 3, by Simpson's rule in both heights:
+/// weight exp(-u(x) - u(x')) [A - π(1 - Δ²)₊].
+fn exact_mean_height(height: f64, potential: impl Fn(f64) -> f64) -> f64 {
+    const PANELS: usize = 1500;
+    let width = (height - 1.0) / (2 * PANELS) as f64;
+    let nodes: Vec<(f64, f64)> = (0..=2 * PANELS)
+        .map(|node| {
+            let x = 0.5 + node as f64 * width;
+            let weight = if node == 0 || node == 2 * PANELS { 1.0 } else { (2 + 2 * (node % 2)) as f64 };
+            (x, weight * libm::exp(-potential(x)))
+        })
+        .collect();
+    let (mut norm, mut moment) = (0.0, 0.0);
+    for &(x, a) in &nodes {
+        for &(y, b) in &nodes {
+            let covered = (1.0 - (x - y) * (x - y)).max(0.0);
+            let weight = a * b * (SIDE * SIDE - std::f64::consts::PI * covered);
+            norm += weight;
+            moment += weight * 0.5 * (x + y);
+        }
+    }
+    moment / norm
+}
+
+/// Whether a rule gives the exact mean height, within 4 standard errors of 0.012 at most.
+fn check<F: Field>(rule: FieldEvent, height: f64, field: F, temperature: f64) -> Result<(), String> {
+    let exact = exact_mean_height(height, |x| field.potential(x) / temperature);
+    let slab = Slab::new(height, SIDE, SIDE).unwrap();
+    let scene = Scene::new(slab, 2, field, Isothermal::new(temperature).unwrap()).unwrap();
+    let chains = EventChains::with_length(3.0).unwrap().field_event(rule).local_moves(None);
+    let mut simulation = Simulation::builder(scene).moves(chains).seed(8).build().unwrap();
+    let mut heights = Every::new(10, CenterOfMass::new());
+    simulation.equilibrate(20_000, &mut ()).unwrap();
+    simulation.run(600_000, &mut heights).unwrap();
+    let estimate = heights.observer.estimate().unwrap();
+    let deviation = estimate.deviation_from(exact);
+    if estimate.standard_error < 0.012 && deviation.abs() < 4.0 {
+        Ok(())
+    } else {
+        Err(format!("{rule:?}: {estimate} against {exact:.4}, {deviation:.1} sigma"))
+    }
+}
+
+#[test]
+fn two_spheres_tell_right_rules_from_wrong_ones() {
+    // A force that grows e-fold in three diameters.
+    let exponential = |rule| check(rule, 12.0, ExponentialField::new(0.3).unwrap(), 4.0);
+    // One that changes sign half way up.
+    let valley = |rule| check(rule, 9.0, LinearField::new(-2.0, 0.5).unwrap(), 2.0);
+    for rule in [FieldEvent::Relocate, FieldEvent::Reverse] {
+        exponential(rule).unwrap();
+        valley(rule).unwrap();
+    }
+    exponential(FieldEvent::Unweighted).unwrap_err();
+    exponential(FieldEvent::Uphill).unwrap_err();
+    let lopsided = |rule| check(rule, 9.0, LinearField::new(-1.0, 0.5).unwrap(), 2.0);
+    lopsided(FieldEvent::Relocate).unwrap();
+    lopsided(FieldEvent::Unweighted).unwrap_err();
+    lopsided(FieldEvent::Uphill).unwrap_err();
+}
+
+#[test]
+fn a_chain_that_does_not_advance_is_given_up() {
+    for (phase, least, most) in [
+        (Phase::Equilibration, Patience::PIECES_IN_EQUILIBRATION, Patience::PIECES_IN_EQUILIBRATION),
+        (Phase::Production, Patience::PIECES, Patience::PIECES),
+    ] {
+        let mut patience = Patience::new(2.0, phase);
+        let mut pieces = 1;
+        // Half a diameter, and no more.
+        while matches!(patience.lasts(1.5), Ok(true)) {
+            pieces += 1;
+        }
+        assert!(pieces >= least && pieces <= most);
+        // A diameter in every few thousand pieces is enough for ever.
+        let mut patience = Patience::new(100.0, phase);
+        for piece in 0..400_000 {
+            assert!(patience.lasts(100.0 - f64::from(piece) / 5000.0).unwrap());
+        }
+    }
+}

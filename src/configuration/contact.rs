@@ -1,8 +1,10 @@
 //! The first sphere that a sphere meets when it moves straight along an axis.
 
 use super::Configuration;
-use super::grid::periodic_neighbours;
-use super::layer::{Layer, Sphere};
+use super::layer::{Layer, NONE, Sphere};
+use super::grid::Spot;
+use super::page::{NOBODY, Page};
+use wide::{f32x4, u32x4};
 
 /// What stops a sphere that moves along an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -18,6 +20,8 @@ pub(crate) struct Contact {
 /// A straight move that is looking for its end.
 struct Search {
     moving: u32,
+    /// What stands for it in pages, where it may be met.
+    own: u32x4,
     position: [f64; 3],
     axis: usize,
     forward: bool,
@@ -64,11 +68,53 @@ impl Search {
         }
     }
 
-    /// The spheres of a cell.
+    /// Those spheres of a page that may be touched before the nearest known, one bit for each.
+    ///
+    /// In single precision, with a margin for its rounding, which grows with the `steps` gone.
     #[inline]
-    fn consider_cell(&mut self, layer: &Layer, cell: usize) {
-        for index in layer.indices_in(cell) {
-            self.consider(&layer.spheres[index as usize]);
+    fn within_reach(&self, relative: [f32x4; 3], shift: &[f32x4; 3], page: &Page, steps: u32) -> u32 {
+        let apart = [
+            page.x + shift[0] - relative[0],
+            page.y + shift[1] - relative[1],
+            page.z + shift[2] - relative[2],
+        ];
+        #[allow(clippy::cast_possible_truncation, clippy::cast_precision_loss)]
+        let (nearest, margin) = (self.nearest as f32, 2e-5 + 1e-5 * steps as f32);
+        let along = apart[self.axis];
+        let ahead = if self.forward { along } else { -along };
+        let beyond = (ahead - f32x4::splat(nearest)).fast_max(f32x4::splat(0.0));
+        let squares = apart.map(|along| along * along);
+        let across = squares[(self.axis + 1) % 3] + squares[(self.axis + 2) % 3] + page.masked(self.own);
+        let near = (across + beyond * beyond).simd_lt(f32x4::splat(1.0 + margin));
+        (near & ahead.simd_gt(f32x4::splat(-margin))).to_bitmask()
+    }
+
+    /// The spheres of a cell, given its first page.
+    #[inline]
+    fn consider_cell(
+        &mut self,
+        layer: &Layer,
+        head: u32,
+        relative: [f32x4; 3],
+        shift: &[f32x4; 3],
+        steps: u32,
+    ) {
+        let mut number = head >> 1;
+        loop {
+            let page = &layer.pages[number as usize];
+            let mut slots = self.within_reach(relative, shift, page, steps);
+            while slots != 0 {
+                let occupant = page.occupants.to_array()[slots.trailing_zeros() as usize & 3];
+                slots &= slots - 1;
+                self.consider(layer.sphere_of(occupant));
+            }
+            if head & 1 == 0 {
+                return;
+            }
+            number = layer.next[number as usize];
+            if number == NONE {
+                return;
+            }
         }
     }
 }
@@ -88,12 +134,14 @@ impl Configuration {
         forward: bool,
         limit: f64,
     ) -> Option<Contact> {
+        let place = self.places[sphere];
         let position = self.position(sphere);
         // The scene limits the number of spheres to u32.
         #[allow(clippy::cast_possible_truncation)]
         let moving = sphere as u32;
         let mut search = Search {
             moving,
+            own: u32x4::splat(self.layers[place.layer as usize].occupant(place.index)),
             position,
             axis,
             forward,
@@ -103,36 +151,37 @@ impl Configuration {
             found: u32::MAX,
             separation: f64::NAN,
         };
-        let start = [0, 1, 2].map(|axis| self.grid.coordinate(axis, position[axis]));
-        let mut layer = start[axis];
-        // From the position to the near side of the layer, less what a sphere there reaches out.
-        let side = self.grid.sides[axis];
-        let within = position[axis] - layer as f64 * side;
+        let grid = &self.grid;
+        let spot = grid.spot(position);
+        let mut at = [spot.layer as usize, spot.y as usize, spot.z as usize];
+        let mut relative = grid.relative(&spot, position).map(f32x4::splat);
+        // From the position to the near side of the plane of cells, less what a sphere there reaches out.
+        let side = grid.sides[axis];
+        let within = position[axis] - at[axis] as f64 * side;
         let mut reach = if forward { -within } else { within - side } - 1.0 - 1e-9;
-        loop {
-            self.consider_layer(&mut search, start, layer);
+        for steps in 0.. {
+            self.consider_plane(&mut search, &spot, at, relative, steps);
             reach += side;
             if reach > search.nearest {
                 break;
             }
-            layer = match (axis, forward) {
-                (0, true) if layer + 1 == self.grid.cells[0] => break,
-                (0, false) if layer == 0 => break,
-                (_, true) => {
-                    if layer + 1 == self.grid.cells[axis] {
-                        0
-                    } else {
-                        layer + 1
-                    }
-                }
-                (_, false) => {
-                    if layer == 0 {
-                        self.grid.cells[axis] - 1
-                    } else {
-                        layer - 1
-                    }
-                }
+            let last = grid.cells[axis] - 1;
+            at[axis] = match (axis, forward) {
+                (0, true) if at[0] == last => break,
+                (0, false) if at[0] == 0 => break,
+                (_, true) if at[axis] == last => 0,
+                (_, true) => at[axis] + 1,
+                (_, false) if at[axis] == 0 => last,
+                (_, false) => at[axis] - 1,
             };
+            if axis == 0 {
+                // Elsewhere the same may stand for another.
+                search.own = u32x4::splat(NOBODY);
+            }
+            let gone = f64::from(steps + 1) * side;
+            #[allow(clippy::cast_possible_truncation)]
+            let relative_along = if forward { within - gone } else { within + gone } as f32;
+            relative[axis] = f32x4::splat(relative_along);
         }
         (search.found != u32::MAX).then_some(Contact {
             distance: search.nearest,
@@ -141,27 +190,27 @@ impl Configuration {
         })
     }
 
-    /// The spheres of the nine cells around `start` across the axis, in one layer along it.
+    /// The spheres of the cell at `at` and of those around it across the axis of motion.
     #[inline]
-    fn consider_layer(&self, search: &mut Search, start: [usize; 3], layer: usize) {
-        let across = |axis: usize| periodic_neighbours(start[axis], self.grid.cells[axis]);
-        let cell = |y: usize, z: usize| self.grid.cell(y, z);
-        match search.axis {
-            0 => {
-                for y in across(1) {
-                    for z in across(2) {
-                        search.consider_cell(&self.layers[layer + 1], cell(y, z));
-                    }
-                }
-            }
-            axis => {
-                for height in start[0]..start[0] + 3 {
-                    for other in across(3 - axis) {
-                        let (y, z) = if axis == 1 { (layer, other) } else { (other, layer) };
-                        search.consider_cell(&self.layers[height], cell(y, z));
-                    }
-                }
-            }
+    fn consider_plane(
+        &self,
+        search: &mut Search,
+        start: &Spot,
+        at: [usize; 3],
+        relative: [f32x4; 3],
+        steps: u32,
+    ) {
+        let Some(layers) = self.layers.get(at[0]..at[0] + 3) else { return };
+        let cell = self.grid.cell(at[1], at[2]);
+        let nearby = |layer: usize| u32::from(layers[layer].nearby[cell]) << (9 * layer);
+        let occupied = if search.axis == 0 { nearby(1) } else { nearby(0) | nearby(1) | nearby(2) };
+        let mut cells = occupied & self.grid.across(start, search.axis);
+        while cells != 0 {
+            let neighbour = &self.grid.neighbours[cells.trailing_zeros() as usize & 31];
+            cells &= cells - 1;
+            let layer = &layers[neighbour.layer];
+            let head = layer.heads[cell.wrapping_add(neighbour.cell)];
+            search.consider_cell(layer, head, relative, &neighbour.shift, steps);
         }
     }
 }

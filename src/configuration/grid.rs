@@ -45,6 +45,9 @@ pub(crate) struct Grid {
     /// For each part of a cell and each octant, the cells that come within one diameter of the part: in
     /// the low half the likeliest to be run into by a sphere that comes there in the direction of the octant, in the high half the others.
     reach: Vec<u64>,
+    /// For each axis and part of a cell, the cells beside it that come within one diameter of the line
+    /// along the axis.
+    beside: Vec<[u32; 3]>,
     /// Squared distance at which a sphere that moves straight touches another.
     pub(super) contact: f64,
 }
@@ -92,7 +95,7 @@ impl Grid {
         }));
         #[allow(clippy::cast_possible_truncation)]
         let (row, last_parts) = (row as u32, cells.map(|cells| (PARTS * cells - 1) as u32));
-        Self { cells, sides, inverse_parts, last_parts, row, widths, neighbours, reach: cells_in_reach(sides), contact }
+        Self { cells, sides, inverse_parts, last_parts, row, widths, neighbours, reach: cells_in_reach(sides), beside: cells_beside(sides), contact }
     }
 
     /// Size of the table of cells in a layer.
@@ -116,12 +119,6 @@ impl Grid {
         #[allow(clippy::cast_possible_truncation)]
         let part = (value * self.inverse_parts[axis] - 0.5 + INTEGER).to_bits() as u32;
         part.min(self.last_parts[axis])
-    }
-
-    /// Cell index along `axis`.
-    #[inline]
-    pub(super) fn coordinate(&self, axis: usize, value: f64) -> usize {
-        self.part(axis, value) as usize / PARTS
     }
 
     #[inline]
@@ -150,6 +147,12 @@ impl Grid {
     #[inline]
     pub(super) fn in_reach(&self, spot: &Spot, octant: usize) -> u64 {
         self.reach[spot.part as usize * 8 + octant]
+    }
+
+    /// Cells, of those that lie across an axis from that of a spot, which a sphere moving along it may meet.
+    #[inline]
+    pub(super) fn across(&self, spot: &Spot, axis: usize) -> u32 {
+        self.beside[spot.part as usize][axis]
     }
 
     /// Whether a neighbour of the cell is in the margin, or the cell is repeated there.
@@ -182,41 +185,54 @@ pub(super) fn periodic_neighbours(index: usize, cells: usize) -> [usize; 3] {
     ]
 }
 
+/// Far above the rounding of coordinates.
+const MARGIN: f64 = 1e-6;
 /// Cells that are visited first.
 const FIRST: usize = 5;
 
+/// Distance along an axis from a part of a cell to a neighbouring cell.
+fn gap(sides: [f64; 3], part: usize, bit: usize, axis: usize) -> f64 {
+    let part = [part / (PARTS * PARTS), part / PARTS % PARTS, part % PARTS][axis];
+    let below = part as f64 / PARTS as f64;
+    let above = 1.0 - (part + 1) as f64 / PARTS as f64;
+    sides[axis] * [below, 0.0, above][offset(bit, axis)]
+}
+
+/// Whether a neighbouring cell lies before, at or after the middle one along an axis: 0, 1 or 2.
+fn offset(bit: usize, axis: usize) -> usize {
+    [bit / 9, bit / 3 % 3, bit % 3][axis]
+}
+
 fn cells_in_reach(sides: [f64; 3]) -> Vec<u64> {
-    // Far above the rounding of coordinates.
-    const MARGIN: f64 = 1e-6;
     let mut reach = Vec::with_capacity(PARTS * PARTS * PARTS * 8);
     for part in 0..PARTS * PARTS * PARTS {
-        let parts = [part / (PARTS * PARTS), part / PARTS % PARTS, part % PARTS];
-        let within: u64 = (0..NEIGHBOURS)
-            .filter(|bit| {
-                let squared: f64 = (0..3)
-                    .map(|axis| {
-                        let below = parts[axis] as f64 / PARTS as f64;
-                        let above = 1.0 - (parts[axis] + 1) as f64 / PARTS as f64;
-                        let gap = sides[axis] * [below, 0.0, above][[bit / 9, bit / 3 % 3, bit % 3][axis]];
-                        gap * gap
-                    })
-                    .sum();
-                squared < 1.0 + MARGIN
-            })
-            .map(|bit| 1 << bit)
-            .sum();
+        let squared = |bit: usize| (0..3).map(|axis| gap(sides, part, bit, axis)).map(|gap| gap * gap).sum::<f64>();
+        let within: u64 = (0..NEIGHBOURS).filter(|&bit| squared(bit) < 1.0 + MARGIN).map(|bit| 1 << bit).sum();
         for octant in 0..8 {
-            let first = likeliest(sides, parts, octant) & within;
+            let first = likeliest(sides, part, octant) & within;
             reach.push(first | (within & !first) << 32);
         }
     }
     reach
 }
 
+fn cells_beside(sides: [f64; 3]) -> Vec<[u32; 3]> {
+    let beside = |part: usize, axis: usize| {
+        let squared = |bit: usize| {
+            let across = [(axis + 1) % 3, (axis + 2) % 3];
+            across.map(|axis| gap(sides, part, bit, axis)).map(|gap| gap * gap).iter().sum::<f64>()
+        };
+        let within = |&bit: &usize| offset(bit, axis) == 1 && squared(bit) < 1.0 + MARGIN;
+        (0..NEIGHBOURS).filter(within).map(|bit| 1 << bit).sum()
+    };
+    (0..PARTS * PARTS * PARTS).map(|part| [0, 1, 2].map(|axis| beside(part, axis))).collect()
+}
+
 /// The cells that hold most of the places, just within one diameter of the middle of a part, that a
 /// sphere runs into. It decides how fast an overlap is found, and nothing else.
-fn likeliest(sides: [f64; 3], parts: [usize; 3], octant: usize) -> u64 {
+fn likeliest(sides: [f64; 3], part: usize, octant: usize) -> u64 {
     const STEPS: usize = 7;
+    let parts = [part / (PARTS * PARTS), part / PARTS % PARTS, part % PARTS];
     let mut weights = [0.0; NEIGHBOURS];
     for point in 0..STEPS * STEPS * STEPS {
         let offsets = [point / (STEPS * STEPS), point / STEPS % STEPS, point % STEPS];

@@ -10,7 +10,7 @@ use std::cell::Cell;
 /// A field that pulls every sphere towards the base.
 ///
 /// The one required method is the potential, because differences of it decide every move; the
-/// acceleration is its derivative. Where only a(x) is known, [`FieldFn`] integrates it.
+/// acceleration is its derivative. Sweeps may ask from several threads. Where only a(x) is known, [`FieldFn`] integrates it.
 ///
 /// ```
 /// use gradient_mc::Field;
@@ -24,7 +24,7 @@ use std::cell::Cell;
 /// let field = Centrifuge { rate: 0.1 };
 /// assert!((field.acceleration(10.0) - 2.0).abs() < 1e-9);
 /// ```
-pub trait Field {
+pub trait Field: Sync {
     /// Potential energy m ∫₀ˣ a dx' of a sphere at `height`, in m g d (eq. 15 of
     /// doi:10.1103/PhysRevE.83.061306).
     fn potential(&self, height: f64) -> f64;
@@ -245,7 +245,7 @@ impl<A: Fn(f64) -> f64> FieldFn<A> {
     }
 }
 
-impl<A: Fn(f64) -> f64> Field for FieldFn<A> {
+impl<A: Fn(f64) -> f64 + Sync> Field for FieldFn<A> {
     fn potential(&self, height: f64) -> f64 {
         let scaled = height / Self::SPACING;
         // Clamped to the table; outside it the end panels' cubics continue.

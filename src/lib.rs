@@ -40,7 +40,7 @@
 )]
 #![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::disallowed_methods))]
 
-mod cell_list;
+mod centers;
 mod configuration;
 pub mod drive;
 pub mod equation_of_state;
@@ -59,6 +59,7 @@ pub mod start;
 pub mod statistics;
 pub mod temperature;
 
+pub use centers::Centers;
 pub use equation_of_state::EquationOfState;
 pub use error::Error;
 pub use field::Field;

@@ -3,7 +3,7 @@
 //! To add one, implement [`Observer`] for a type of your own (one method) and pass it by mutable
 //! reference to [`Simulation::run`](crate::Simulation::run); results are read from it afterwards.
 
-use crate::{Field, Slab, TemperatureProfile};
+use crate::{Centers, Field, Slab, TemperatureProfile};
 use nalgebra::Vector3;
 
 /// What an observer's failure may be: any error type of its own, boxed by `?`.
@@ -15,7 +15,7 @@ pub struct Frame<'a> {
     pub(crate) slab: &'a Slab,
     pub(crate) field: &'a dyn Field,
     pub(crate) temperature: &'a dyn TemperatureProfile,
-    pub(crate) positions: &'a [[f64; 3]],
+    pub(crate) centers: Centers<'a>,
     pub(crate) sweep: u64,
     pub(crate) tally: &'a Tally,
 }
@@ -25,7 +25,7 @@ impl std::fmt::Debug for Frame<'_> {
         formatter
             .debug_struct("Frame")
             .field("slab", self.slab)
-            .field("particles", &self.positions.len())
+            .field("particles", &self.centers.count())
             .field("sweep", &self.sweep)
             .finish_non_exhaustive()
     }
@@ -53,20 +53,20 @@ impl<'a> Frame<'a> {
     /// Number of spheres.
     #[must_use]
     pub fn particles(&self) -> usize {
-        self.positions.len()
+        self.centers.count()
     }
 
     /// Centres of the spheres in diameters, x up, y and z inside the periodic widths. A sphere keeps
     /// its place in this order for the whole run.
     #[must_use]
     pub fn positions(&self) -> impl ExactSizeIterator<Item = Vector3<f64>> + Clone + 'a {
-        self.positions.iter().map(|&[x, y, z]| Vector3::new(x, y, z))
+        self.centers.positions().iter().map(|&[x, y, z]| Vector3::new(x, y, z))
     }
 
     /// Heights of the centres, in the order of [`positions`](Self::positions).
     #[must_use]
     pub fn heights(&self) -> impl ExactSizeIterator<Item = f64> + Clone + 'a {
-        self.positions.iter().map(|position| position[0])
+        self.centers.positions().iter().map(|position| position[0])
     }
 
     /// Sweeps since the simulation was built, equilibration included.

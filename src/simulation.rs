@@ -6,7 +6,7 @@ use crate::moves::{Engine, LocalMoves, Moves, Sweep};
 use crate::observer::{Frame, Observer, Tally};
 use crate::random::Generator;
 use crate::start::{Start, Theory};
-use crate::{Error, Field, Scene, TemperatureProfile};
+use crate::{Centers, Error, Field, Scene, TemperatureProfile};
 use nalgebra::Vector3;
 use rand::SeedableRng;
 
@@ -177,7 +177,7 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
                 recorder: observer.recorder(),
             })?;
             self.sweep += 1;
-            self.drive.after_sweep(&self.scene, self.configuration.positions(), self.phase)?;
+            self.drive.after_sweep(&self.scene, Centers::new(&self.configuration), self.phase)?;
             observer
                 .observe(&self.frame())
                 .map_err(|source| Error::Observer { sweep: self.sweep, source })?;
@@ -191,7 +191,7 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
             slab: self.scene.slab(),
             field: self.scene.field(),
             temperature: self.scene.temperature(),
-            positions: self.configuration.positions(),
+            centers: Centers::new(&self.configuration),
             sweep: self.sweep,
             tally: &self.tally,
         }

@@ -19,7 +19,7 @@ use crate::{Error, Slab};
 /// }
 /// assert!(Bump.logarithmic_gradient(40.0).abs() < 1e-9);
 /// ```
-pub trait TemperatureProfile {
+pub trait TemperatureProfile: Sync {
     /// T(x): positive and finite over the whole slab.
     fn temperature(&self, height: f64) -> f64;
 
@@ -219,7 +219,7 @@ impl<T> std::fmt::Debug for TemperatureFn<T> {
     }
 }
 
-impl<T: Fn(f64) -> f64> TemperatureProfile for TemperatureFn<T> {
+impl<T: Fn(f64) -> f64 + Sync> TemperatureProfile for TemperatureFn<T> {
     fn temperature(&self, height: f64) -> f64 {
         (self.0)(height)
     }

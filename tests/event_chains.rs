@@ -448,7 +448,7 @@ fn a_force_that_jumps_is_sampled() {
 /// A potential alone; the force is its numerical derivative.
 struct Potential<U>(U);
 
-impl<U: Fn(f64) -> f64> Field for Potential<U> {
+impl<U: Fn(f64) -> f64 + Sync> Field for Potential<U> {
     fn potential(&self, height: f64) -> f64 {
         (self.0)(height)
     }

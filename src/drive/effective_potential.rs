@@ -2,7 +2,7 @@
 
 use super::Drive;
 use crate::numerics::integrate_panel;
-use crate::{Error, Field, Scene, TemperatureProfile};
+use crate::{Centers, Error, Field, Scene, TemperatureProfile};
 
 /// u(x) = φ(x)/T(0) + C(x), with the correction
 ///
@@ -185,14 +185,14 @@ impl Histogram {
         &mut self,
         mapping: &Mapping,
         scene: &Scene<F, T>,
-        positions: &[[f64; 3]],
+        centers: Centers<'_>,
     ) {
         self.configurations += 1;
-        for &[height, ..] in positions {
+        centers.for_each_height(|height| {
             let bin = mapping.bin(height);
             self.counts[bin] += 1.0;
             self.weights[bin] += scene.field().acceleration(height);
-        }
+        });
     }
 
     pub(super) fn absorb(&mut self, other: &Self) {

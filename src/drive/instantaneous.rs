@@ -2,7 +2,7 @@
 
 use super::effective_potential::{EffectivePotential, Histogram, Mapping};
 use super::{Drive, Phase, Scheme};
-use crate::{Error, Field, Scene, TemperatureProfile};
+use crate::{Centers, Error, Field, Scene, TemperatureProfile};
 
 /// The effective field from the histogram of the current configuration, remade every sweep, as in
 /// doi:10.1103/PhysRevE.83.061306. For comparison: **do not use it for results**.
@@ -73,9 +73,9 @@ impl<F: Field, T: TemperatureProfile> Drive<F, T> for InstantaneousDrive {
         self.generation
     }
 
-    fn after_sweep(&mut self, scene: &Scene<F, T>, positions: &[[f64; 3]], _: Phase) -> Result<(), Error> {
+    fn after_sweep(&mut self, scene: &Scene<F, T>, centers: Centers<'_>, _: Phase) -> Result<(), Error> {
         self.histogram.clear();
-        self.histogram.add(&self.mapping, scene, positions);
+        self.histogram.add(&self.mapping, scene, centers);
         let rows = self.histogram.counts_and_pressures(&self.mapping, scene.slab().base_area(), 0.0);
         let temperatures = &self.temperatures;
         self.mapping.update(&mut self.potential, |bin| {

@@ -35,7 +35,7 @@ pub use isothermal::{ClosedForm, IsothermalDrive};
 pub use self_consistent::{SelfConsistent, SelfConsistentDrive};
 
 use crate::numerics::differentiate;
-use crate::{Error, Scene};
+use crate::{Centers, Error, Scene};
 
 /// What part of a run a sweep belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -47,7 +47,7 @@ pub enum Phase {
 }
 
 /// The reduced potential u(x) = U(x)/T of a scene, as a run uses it.
-pub trait Drive<F, T> {
+pub trait Drive<F, T>: Sync {
     /// u at `height`. Only differences matter.
     fn reduced_potential(&self, scene: &Scene<F, T>, height: f64) -> f64;
 
@@ -72,7 +72,7 @@ pub trait Drive<F, T> {
     fn after_sweep(
         &mut self,
         _scene: &Scene<F, T>,
-        _positions: &[[f64; 3]],
+        _centers: Centers<'_>,
         _phase: Phase,
     ) -> Result<(), Error> {
         Ok(())

@@ -4,7 +4,7 @@ use super::effective_potential::{EffectivePotential, Histogram, Mapping};
 use super::equation_of_state_closure::theory_ratios;
 use super::{Drive, Phase, Scheme};
 use crate::equation_of_state::{EquationOfState, FluidSolid, packing_fraction};
-use crate::{Error, Field, Scene, TemperatureProfile};
+use crate::{Centers, Error, Field, Scene, TemperatureProfile};
 
 /// The effective field from the measured density, averaged over the later part of the equilibration
 /// and frozen when production starts. The default choice for temperatures that vary.
@@ -184,7 +184,7 @@ impl<F: Field, T: TemperatureProfile> Drive<F, T> for SelfConsistentDrive {
     fn after_sweep(
         &mut self,
         scene: &Scene<F, T>,
-        positions: &[[f64; 3]],
+        centers: Centers<'_>,
         phase: Phase,
     ) -> Result<(), Error> {
         if phase == Phase::Production {
@@ -196,7 +196,7 @@ impl<F: Field, T: TemperatureProfile> Drive<F, T> for SelfConsistentDrive {
             std::mem::swap(&mut self.older, &mut self.newer);
             self.newer.clear();
         }
-        self.newer.add(&self.mapping, scene, positions);
+        self.newer.add(&self.mapping, scene, centers);
         if self.sweeps.is_multiple_of(self.update_interval) { self.update(scene) } else { Ok(()) }
     }
 

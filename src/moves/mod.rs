@@ -56,14 +56,14 @@ pub(crate) struct Sweep<'a, F, T, D> {
 /// A family of moves with what it keeps between sweeps.
 #[derive(Debug, Clone)]
 pub(crate) enum Engine {
-    Local(LocalMoves),
+    Local(local::Engine),
     EventChains(event_chain::Engine),
 }
 
 impl Engine {
     pub(crate) fn new(moves: Moves) -> Self {
         match moves {
-            Moves::Local(moves) => Self::Local(moves),
+            Moves::Local(moves) => Self::Local(local::Engine::new(moves)),
             Moves::EventChains(chains) => Self::EventChains(event_chain::Engine::new(chains)),
         }
     }

@@ -2,7 +2,7 @@
 
 use crate::field::UniformField;
 use crate::temperature::Isothermal;
-use crate::{Field, Frame, Slab, Tally, TemperatureProfile};
+use crate::{Centers, Field, Frame, Slab, Tally, TemperatureProfile};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -40,7 +40,7 @@ impl Scene {
             slab: &self.slab,
             field: &*self.field,
             temperature: &*self.temperature,
-            positions: &self.positions,
+            centers: Centers::listed(&self.positions),
             sweep: self.sweep,
             tally: &self.tally,
         }

@@ -2,9 +2,8 @@
 
 mod force_bound;
 
-use super::{LocalMoves, Sweep};
-use crate::cell_list::Contact;
-use crate::configuration::wrap;
+use super::{LocalMoves, Sweep, local};
+use crate::configuration::{Contact, wrap};
 use crate::drive::{Drive, Phase};
 use crate::observer::{AcceptedMove, Collision};
 use crate::random::{exponential, index, unit};
@@ -149,11 +148,18 @@ pub(crate) struct Engine {
     bounds: ForceBounds,
     /// Path by which the chains so far exceed what the sweeps so far were to use, in diameters.
     advance: f64,
+    local: Option<local::Engine>,
 }
 
 impl Engine {
     pub(super) fn new(chains: EventChains) -> Self {
-        Self { chains, length: ChainLength::new(chains.length), bounds: ForceBounds::default(), advance: 0.0 }
+        Self {
+            chains,
+            length: ChainLength::new(chains.length),
+            bounds: ForceBounds::default(),
+            advance: 0.0,
+            local: chains.local_moves.map(local::Engine::new),
+        }
     }
 
     /// Chains whose lengths add up to [`EventChains::PATH_PER_SPHERE`] for every sphere, on average over
@@ -167,6 +173,7 @@ impl Engine {
             self.length.tune(sweep.scene.slab().height());
         }
         let particles = sweep.configuration.len();
+        sweep.configuration.track();
         let vertical_length = self.length.mean();
         let lateral_lengths = sweep.configuration.slab().widths().map(|width| vertical_length.min(width));
         let lateral_length = 0.5 * (lateral_lengths[0] + lateral_lengths[1]);
@@ -199,7 +206,7 @@ impl Engine {
                 recorder.record_chain(axis, length);
             }
         }
-        self.chains.local_moves.map_or(Ok(()), |moves| moves.sweep(sweep))
+        self.local.as_mut().map_or(Ok(()), |moves| moves.sweep(sweep))
     }
 
     /// A chain along x.

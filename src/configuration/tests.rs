@@ -1,5 +1,8 @@
-//! The cell list against a search over all pairs and images, and its bookkeeping.
+//! Neighbour search against a search over all pairs and images, and its bookkeeping.
 
+use super::grid::division;
+use super::layer::NONE;
+use super::page::{NOWHERE, SLOTS};
 use super::*;
 use proptest::prelude::*;
 
@@ -25,54 +28,113 @@ fn overlaps_some_pair(
     })
 }
 
-/// Every sphere is found at its place, in the cell of its position, and nothing else is in the list.
-fn assert_consistent(list: &CellList, positions: &[[f64; 3]]) {
-    assert_eq!(list.heads.len(), (list.cells[0] + 2 * PADDING) * list.cells[1] * list.cells[2]);
-    assert_eq!(list.places.len(), positions.len());
-    let row = list.cells[0] + 2 * PADDING;
-    let mut used = vec![false; list.pages.len()];
-    used[NONE as usize] = true;
+/// Every sphere is found at its place, in the cell of its position, and nothing else is there.
+fn assert_consistent(configuration: &Configuration, positions: &[[f64; 3]]) {
+    let Configuration { grid, layers, places, .. } = configuration;
+    let [_, rows, columns] = grid.cells;
+    assert_eq!((configuration.len(), places.len()), (positions.len(), positions.len()));
+    assert_eq!(layers.len(), grid.cells[0] + 2);
     let mut found = vec![0; positions.len()];
-    for (cell, &head) in list.heads.iter().enumerate() {
-        let padding = cell % row == 0 || cell % row == row - 1;
-        assert!(head == NONE || !padding, "spheres beyond a wall");
-        let mut index = head;
-        while index != NONE {
-            assert!(!std::mem::replace(&mut used[index as usize], true), "page {index} is used twice");
-            let page = &list.pages[index as usize];
-            let count = page.count as usize;
-            assert!(count == SLOTS || (index == head && count > 0), "only the first page may have gaps");
-            for slot in 0..count {
-                let sphere = page.occupants[slot] as usize;
-                assert_eq!(page.get(slot).map(f64::to_bits), positions[sphere].map(f64::to_bits));
-                assert_eq!(list.places[sphere] as usize, index as usize * SLOTS + slot);
-                assert_eq!(
-                    cell,
-                    list.cell_of(positions[sphere]),
-                    "sphere {sphere} at {:?}",
-                    positions[sphere]
-                );
-                found[sphere] += 1;
+    for (number, layer) in layers.iter().enumerate() {
+        let beyond = number == 0 || number == layers.len() - 1;
+        let mut used = vec![false; layer.pages.len()];
+        used[NONE as usize] = true;
+        for y in 0..rows {
+            for z in 0..columns {
+                let cell = grid.cell(y, z);
+                let head = layer.heads[cell];
+                let mut page = head >> 1;
+                assert_eq!(head & 1 == 1, layer.next[page as usize] != NONE, "says whether pages follow");
+                assert!(page == NONE || !beyond, "spheres beyond a wall");
+                let mut inhabitants = 0;
+                while page != NONE {
+                    assert!(!std::mem::replace(&mut used[page as usize], true), "page {page} is used twice");
+                    let content = &layer.pages[page as usize];
+                    assert!(!content.is_empty());
+                    for slot in 0..SLOTS {
+                        let occupant = content.occupants.to_array()[slot];
+                        if occupant == NOBODY {
+                            assert!(content.x.to_array()[slot].to_bits() == NOWHERE.to_bits(), "a ghost");
+                            continue;
+                        }
+                        inhabitants += 1;
+                        let index = occupant >> 2;
+                        assert_eq!(occupant, layer.occupant(index));
+                        let sphere = &layer.spheres[index as usize];
+                        let truth = positions[sphere.number as usize];
+                        assert_eq!(sphere.position.map(f64::to_bits), truth.map(f64::to_bits));
+                        assert_eq!(sphere.cell as usize, cell);
+                        let spot = grid.spot(truth);
+                        assert_eq!((spot.layer as usize + 1, spot.cell as usize), (number, cell), "{truth:?}");
+                        let place = places[sphere.number as usize];
+                        assert_eq!((place.layer as usize, place.index), (number, index));
+                        let seen = [content.x, content.y, content.z].map(|along| along.to_array()[slot]);
+                        assert_eq!(seen.map(f32::to_bits), grid.relative(&spot, truth).map(f32::to_bits));
+                        found[sphere.number as usize] += 1;
+                    }
+                    page = layer.next[page as usize];
+                }
+                // The cells around know of it.
+                for neighbour in 0..9 {
+                    let y = (y + rows + neighbour / 3 - 1) % rows;
+                    let z = (z + columns + neighbour % 3 - 1) % columns;
+                    let known = layer.nearby[grid.cell(y, z)] >> (8 - neighbour) & 1 == 1;
+                    assert_eq!(known, inhabitants > 0);
+                }
             }
-            assert!(page.x[count..].iter().all(|&x| x.to_bits() == NOWHERE.to_bits()), "ghosts in {page:?}");
-            index = page.next;
         }
+        // The margin repeats the other end.
+        for y in 0..rows + 2 {
+            for z in 0..columns + 2 {
+                let repeated = grid.cell((y + rows - 1) % rows, (z + columns - 1) % columns);
+                assert_eq!(layer.heads[y * (columns + 2) + z], layer.heads[repeated]);
+            }
+        }
+        let mut spare = layer.spare_page;
+        while spare != NONE {
+            assert!(!std::mem::replace(&mut used[spare as usize], true), "page {spare} is spare and used");
+            assert!(layer.pages[spare as usize].is_empty());
+            spare = layer.next[spare as usize];
+        }
+        assert!(used.into_iter().all(|used| used), "a page is lost");
+        let mut gaps = 0;
+        let mut gap = layer.gap;
+        while gap != NOBODY {
+            gaps += 1;
+            assert_eq!(layer.spheres[gap as usize].number, NOBODY);
+            gap = layer.spheres[gap as usize].cell;
+        }
+        assert_eq!(layer.indices().count() + gaps, layer.spheres.len(), "a gap is lost");
     }
     assert!(found.iter().all(|&times| times == 1), "{found:?}");
-    for &index in &list.free {
-        assert!(!std::mem::replace(&mut used[index as usize], true), "page {index} is free and used");
-        assert!(list.pages[index as usize].x.iter().all(|&x| x.to_bits() == NOWHERE.to_bits()));
-    }
-    assert!(used.into_iter().all(|used| used), "a page is lost");
+    assert_eq!(configuration.positions(), positions);
 }
 
-/// Asks the list and all pairs about a fresh sphere at `position`, and compares.
-fn assert_same_answer(list: &CellList, positions: &[[f64; 3]], position: [f64; 3]) {
-    let expected = overlaps_some_pair(positions, None, list.widths, position);
-    let found = list.overlapping(position);
+/// Spheres where they are put: they may overlap.
+fn configuration_of(extents: [f64; 3], positions: &[[f64; 3]]) -> Configuration {
+    let mut configuration = Configuration::empty(slab(extents));
+    for &position in positions {
+        configuration.push(position);
+    }
+    configuration
+}
+
+/// Asks the configuration and all pairs about a fresh sphere at `position`, and compares.
+fn assert_same_answer(configuration: &Configuration, positions: &[[f64; 3]], position: [f64; 3]) {
+    let expected = overlaps_some_pair(positions, None, configuration.grid.widths, position);
+    let found = configuration.overlapping(position);
     assert_eq!(found.is_some(), expected, "query at {position:?}");
+    // Whichever way a sphere has come there, and in two steps as well.
+    let (grid, spot) = (&configuration.grid, configuration.grid.spot(position));
+    for octant in 0..8 {
+        let mut probe = Probe::new(grid, spot, position, NOBODY);
+        probe.look_around(grid, configuration.around(&spot), octant);
+        assert_eq!(probe.overlaps(grid, configuration.around(&spot)), expected);
+        let early = probe.overlaps_early::<2>(grid, configuration.around(&spot));
+        assert_eq!(early || probe.overlaps(grid, configuration.around(&spot)), expected);
+    }
     if let Some((sphere, distance)) = found {
-        assert!(overlaps_some_pair(&positions[sphere..=sphere], None, list.widths, position));
+        assert!(overlaps_some_pair(&positions[sphere..=sphere], None, configuration.grid.widths, position));
         assert!(distance <= 1.0 + 1e-15);
     }
 }
@@ -105,6 +167,18 @@ fn height_coordinate(height: f64) -> impl Strategy<Value = f64> {
     ]
 }
 
+/// One diameter, or so near it that single precision cannot tell.
+fn distance_near_contact() -> impl Strategy<Value = f64> {
+    prop_oneof![
+        Just(1.0),
+        prop::sample::select(vec![1.0_f64.next_up(), 1.0_f64.next_down()]),
+        (-16.0..-5.0_f64, any::<bool>()).prop_map(|(power, outside)| {
+            let excess = 10_f64.powf(power);
+            if outside { 1.0 + excess } else { 1.0 - excess }
+        }),
+    ]
+}
+
 fn shifted_by_steps(mut value: f64, steps: i32) -> f64 {
     for _ in 0..steps.abs() {
         value = if steps > 0 { value.next_up() } else { value.next_down() };
@@ -130,7 +204,7 @@ fn slab([height, width_y, width_z]: [f64; 3]) -> Slab {
     Slab::new(height, width_y, width_z).unwrap()
 }
 
-/// Box, spheres (which may overlap: the list does not mind), and points to ask about.
+/// Box, spheres (which may overlap: neighbour search does not mind), and points to ask about.
 fn scene() -> impl Strategy<Value = ([f64; 3], Vec<[f64; 3]>, Vec<[f64; 3]>)> {
     extents().prop_flat_map(|extents| {
         (
@@ -153,13 +227,10 @@ proptest! {
 
     #[test]
     fn query_equals_search_over_all_pairs((extents, positions, queries) in scene()) {
-        let mut list = CellList::new(&slab(extents));
-        for &position in &positions {
-            list.insert(position);
-        }
-        assert_consistent(&list, &positions);
+        let configuration = configuration_of(extents, &positions);
+        assert_consistent(&configuration, &positions);
         for position in queries {
-            assert_same_answer(&list, &positions, position);
+            assert_same_answer(&configuration, &positions, position);
         }
     }
 
@@ -168,15 +239,12 @@ proptest! {
         (extents, positions, _) in scene(),
         probes in prop::collection::vec(
             (any::<prop::sample::Index>(), -1.0..1.0_f64, 0.0..std::f64::consts::TAU,
-             prop::sample::select(vec![1.0, 1.0 - 1e-12, 1.0 + 1e-12, 1.0_f64.next_up(), 1.0_f64.next_down()]),
+             distance_near_contact(),
              0_usize..4),
             60,
         ),
     ) {
-        let mut list = CellList::new(&slab(extents));
-        for &position in &positions {
-            list.insert(position);
-        }
+        let configuration = configuration_of(extents, &positions);
         for (chosen, cosine, angle, distance, axis) in probes {
             let center = chosen.get(&positions);
             let sine = (1.0 - cosine * cosine).sqrt();
@@ -193,7 +261,7 @@ proptest! {
                 wrapped(center[2] + distance * direction[2], extents[2]),
             ];
             if query[0] >= 0.5 && query[0] <= extents[0] - 0.5 {
-                assert_same_answer(&list, &positions, query);
+                assert_same_answer(&configuration, &positions, query);
             }
         }
     }
@@ -203,20 +271,17 @@ proptest! {
         (extents, mut positions, targets) in scene(),
         chosen in prop::collection::vec(any::<prop::sample::Index>(), 60),
     ) {
-        let mut list = CellList::new(&slab(extents));
-        for &position in &positions {
-            list.insert(position);
-        }
+        let mut configuration = configuration_of(extents, &positions);
         for (sphere, target) in chosen.into_iter().zip(targets) {
             let sphere = sphere.index(positions.len());
             // The sphere that moves must not see itself, but must see all others.
             prop_assert_eq!(
-                list.overlaps(sphere, target),
-                overlaps_some_pair(&positions, Some(sphere), list.widths, target)
+                configuration.overlaps(Some(sphere), target),
+                overlaps_some_pair(&positions, Some(sphere), configuration.grid.widths, target)
             );
-            list.relocate(sphere, positions[sphere], target);
+            configuration.relocate(sphere, target);
             positions[sphere] = target;
-            assert_consistent(&list, &positions);
+            assert_consistent(&configuration, &positions);
         }
     }
 
@@ -224,9 +289,9 @@ proptest! {
     fn overlap_is_mutual((extents, positions, _) in scene()) {
         for pair in positions.windows(2) {
             let alone = |position| {
-                let mut list = CellList::new(&slab(extents));
-                list.insert(position);
-                list
+                let mut configuration = Configuration::empty(slab(extents));
+                configuration.push(position);
+                configuration
             };
             // Exactly, or a move and its reverse would be judged differently.
             prop_assert_eq!(
@@ -258,12 +323,12 @@ fn touching_is_not_overlapping_along_any_axis_or_edge() {
             let inwards = (first[axis] - second[axis]).signum();
             let across = (first[axis] - second[axis]).abs() > 1.5;
             for (change, overlap) in [(0.0, false), (1e-12, true), (-1e-12, false)] {
-                let mut list = CellList::new(&slab);
-                list.insert(first);
+                let mut configuration = Configuration::empty(slab);
+                configuration.push(first);
                 let mut moved = second;
                 moved[axis] += if across { -inwards * change } else { inwards * change };
                 assert_eq!(
-                    list.overlapping(moved).is_some(),
+                    configuration.overlapping(moved).is_some(),
                     overlap,
                     "{first:?} and {moved:?} in width {width}"
                 );
@@ -278,9 +343,9 @@ fn spheres_either_side_of_a_periodic_edge_meet() {
         let slab = slab([4.0, width, width]);
         for first in [[1.0, 0.0, 0.0], [1.0, -0.0, -0.0], [1.0, f64::MIN_POSITIVE, 1e-17]] {
             for second in [[1.0, width.next_down(), 0.0], [1.9, width.next_down(), width.next_down()]] {
-                let mut list = CellList::new(&slab);
-                list.insert(first);
-                let (sphere, distance) = list.overlapping(second).expect("the two overlap");
+                let mut configuration = Configuration::empty(slab);
+                configuration.push(first);
+                let (sphere, distance) = configuration.overlapping(second).expect("the two overlap");
                 assert_eq!(sphere, 0);
                 approx::assert_abs_diff_eq!(distance, second[0] - first[0], epsilon = 1e-12);
             }
@@ -295,19 +360,19 @@ fn cells_are_wide_enough_at_their_rounded_edges() {
     for integer in [4.0, 5.0, 64.0, 400.0, 4096.0, 99_999.0] {
         for excess in [0.0, 1e-15, 1e-14, 1e-13, 1e-12, 3e-12, 1e-11, 3e-11, 1e-10, 1e-9, 1e-8] {
             let height = integer * (1.0 + excess);
-            let list = CellList::new(&slab([height, 3.0, 3.0]));
+            let grid = Grid::new(&slab([height, 3.0, 3.0]));
             // The lowest height that belongs to a cell.
             let lowest_of = |cell: usize| {
-                let mut edge = cell as f64 / list.inverse_sides[0];
-                while list.coordinate(0, edge) >= cell {
+                let mut edge = cell as f64 * grid.sides[0];
+                while grid.coordinate(0, edge) >= cell {
                     edge = edge.next_down();
                 }
-                while list.coordinate(0, edge) < cell {
+                while grid.coordinate(0, edge) < cell {
                     edge = edge.next_up();
                 }
                 edge
             };
-            let cells = list.cells[0];
+            let cells = grid.cells[0];
             for cell in 1..cells - 1 {
                 let (highest_below, lowest_above) = (lowest_of(cell).next_down(), lowest_of(cell + 1));
                 assert!(
@@ -323,33 +388,33 @@ fn cells_are_wide_enough_at_their_rounded_edges() {
 fn dense_cells_chain_pages() {
     // Sides of 1.33 diameters: the middle cell takes eight spheres that do not overlap.
     let slab = slab([3.99, 3.99, 3.99]);
-    let mut list = CellList::new(&slab);
+    let mut configuration = Configuration::empty(slab);
     let ends = [1.34, 2.65];
     let mut positions = Vec::new();
     for x in ends {
         for y in ends {
             for z in ends {
                 let position = [x, y, z];
-                assert!(list.overlapping(position).is_none());
-                list.insert(position);
+                assert!(configuration.overlapping(position).is_none());
+                configuration.push(position);
                 positions.push(position);
-                assert_consistent(&list, &positions);
+                assert_consistent(&configuration, &positions);
             }
         }
     }
     // All in one cell: two full pages, chained.
-    let used: Vec<u32> = list.heads.iter().copied().filter(|&head| head != NONE).collect();
-    assert_eq!(used.len(), 1);
-    assert_ne!(list.pages[used[0] as usize].next, NONE);
+    let (cell, layer) = (configuration.grid.cell(1, 1), &configuration.layers[2]);
+    assert_eq!(layer.indices_in(cell).count(), 8);
+    assert_eq!(layer.heads[cell] & 1, 1);
     // Out again, one by one, and back.
     for target in [0.5, 1.34] {
         for sphere in 0..4 {
             let mut position = positions[sphere];
             position[0] = target;
-            assert!(!list.overlaps(sphere, position));
-            list.relocate(sphere, positions[sphere], position);
+            assert!(!configuration.overlaps(Some(sphere), position));
+            configuration.relocate(sphere, position);
             positions[sphere] = position;
-            assert_consistent(&list, &positions);
+            assert_consistent(&configuration, &positions);
         }
     }
 }
@@ -369,20 +434,20 @@ fn face_centered_crystal_is_free_of_overlaps_at_contact_and_full_below() {
             positions.push([0.5 + along(0), along(1), along(2)]);
         }
     }
-    let mut list = CellList::new(&slab);
+    let mut configuration = Configuration::empty(slab);
     for (sphere, &position) in positions.iter().enumerate() {
-        assert!(list.overlapping(position).is_none(), "sphere {sphere}");
-        list.insert(position);
+        assert!(configuration.overlapping(position).is_none(), "sphere {sphere}");
+        configuration.push(position);
     }
-    assert_consistent(&list, &positions);
+    assert_consistent(&configuration, &positions);
     for (sphere, &[x, y, z]) in positions.iter().enumerate() {
-        assert!(!list.overlaps(sphere, [x, y, z]));
+        assert!(!configuration.overlaps(Some(sphere), [x, y, z]));
         // Jammed: inside the crystal any step of 1e-9 overlaps.
         if x > 1.0 && x < width - 0.5 {
             for step in [1e-9, -1e-9] {
-                assert!(list.overlaps(sphere, [x + step, y, z]));
-                assert!(list.overlaps(sphere, [x, wrapped(y + step, width), z]));
-                assert!(list.overlaps(sphere, [x, y, wrapped(z + step, width)]));
+                assert!(configuration.overlaps(Some(sphere), [x + step, y, z]));
+                assert!(configuration.overlaps(Some(sphere), [x, wrapped(y + step, width), z]));
+                assert!(configuration.overlaps(Some(sphere), [x, y, wrapped(z + step, width)]));
             }
         }
     }

@@ -1,8 +1,8 @@
-//! `first_contact` against a search over all pairs and images. Only `CellList::new`, `insert`, `overlapping` and
+//! `first_contact` against a search over all pairs and images. Only `empty`, `push`, `overlapping` and
 //! `first_contact` are used, so that the tests outlive any way of storing the spheres.
 
 use crate::Slab;
-use crate::cell_list::CellList;
+use crate::configuration::Configuration;
 use proptest::prelude::*;
 
 /// Every image of another sphere that lies ahead and near enough to be touched.
@@ -17,7 +17,7 @@ struct Candidate {
 }
 
 impl Candidate {
-    /// How far the list's answer may be off: spheres touch a few roundings above one diameter, which counts
+    /// How far the answer may be off: spheres touch a few roundings above one diameter, which counts
     /// most where they graze.
     fn tolerance(&self, largest: f64) -> f64 {
         1e-13 + (2e-14 + 64.0 * f64::EPSILON * largest) / self.room.max(1e-16).sqrt()
@@ -65,7 +65,7 @@ fn candidates(
 fn check(
     extents: [f64; 3],
     positions: &[[f64; 3]],
-    list: &CellList,
+    configuration: &Configuration,
     moving: usize,
     axis: usize,
     forward: bool,
@@ -78,7 +78,7 @@ fn check(
     let nearest = sure.min_by(|a, b| a.distance.total_cmp(&b.distance));
     let context =
         || format!("sphere {moving} along {axis} {forward} in {extents:?}: {positions:?}, {nearest:?}");
-    let Some(contact) = list.first_contact(moving, positions[moving], axis, forward, limit) else {
+    let Some(contact) = configuration.first_contact(moving, axis, forward, limit) else {
         assert!(
             nearest.is_none_or(|it| it.distance > limit - it.tolerance(largest)),
             "missed: {}",
@@ -116,20 +116,20 @@ fn check(
     }
     // A shorter move does not get there.
     if contact.distance > 1e-9 {
-        let short = list.first_contact(moving, positions[moving], axis, forward, 0.999 * contact.distance);
+        let short = configuration.first_contact(moving, axis, forward, 0.999 * contact.distance);
         assert!(short.is_none(), "{short:?} before {contact:?}: {}", context());
     }
 }
 
 fn check_all(extents: [f64; 3], positions: &[[f64; 3]]) {
-    let mut list = CellList::new(&Slab::new(extents[0], extents[1], extents[2]).unwrap());
+    let mut configuration = Configuration::empty(Slab::new(extents[0], extents[1], extents[2]).unwrap());
     for &position in positions {
-        list.insert(position);
+        configuration.push(position);
     }
     for moving in 0..positions.len() {
         for axis in 0..3 {
-            check(extents, positions, &list, moving, axis, true);
-            check(extents, positions, &list, moving, axis, false);
+            check(extents, positions, &configuration, moving, axis, true);
+            check(extents, positions, &configuration, moving, axis, false);
         }
     }
 }
@@ -169,7 +169,7 @@ fn addition() -> impl Strategy<Value = Addition> {
 
 /// Spheres that do not overlap, made by additions of which those that find no room are left out.
 fn place(extents: [f64; 3], additions: &[Addition]) -> Vec<[f64; 3]> {
-    let mut list = CellList::new(&Slab::new(extents[0], extents[1], extents[2]).unwrap());
+    let mut configuration = Configuration::empty(Slab::new(extents[0], extents[1], extents[2]).unwrap());
     let mut positions: Vec<[f64; 3]> = Vec::new();
     for &addition in additions {
         let position = match addition {
@@ -195,8 +195,8 @@ fn place(extents: [f64; 3], additions: &[Addition]) -> Vec<[f64; 3]> {
             }
             Addition::Touching { .. } => continue,
         };
-        if position[0] >= 0.5 && position[0] <= extents[0] - 0.5 && list.overlapping(position).is_none() {
-            list.insert(position);
+        if position[0] >= 0.5 && position[0] <= extents[0] - 0.5 && configuration.overlapping(position).is_none() {
+            configuration.push(position);
             positions.push(position);
         }
     }
@@ -234,12 +234,12 @@ fn touching_rows_pass_the_motion_on_at_once() {
         for axis in [1, 2] {
             let positions = row(axis);
             check_all(extents, &positions);
-            let mut list = CellList::new(&Slab::new(extents[0], extents[1], extents[2]).unwrap());
+            let mut configuration = Configuration::empty(Slab::new(extents[0], extents[1], extents[2]).unwrap());
             for &position in &positions {
-                list.insert(position);
+                configuration.push(position);
             }
-            for (sphere, &position) in positions.iter().enumerate() {
-                let contact = list.first_contact(sphere, position, axis, true, 0.5 * width).unwrap();
+            for sphere in 0..positions.len() {
+                let contact = configuration.first_contact(sphere, axis, true, 0.5 * width).unwrap();
                 assert!(contact.distance < 1e-14);
                 assert_eq!(contact.sphere, (sphere + 1) % positions.len());
             }

@@ -1,0 +1,58 @@
+//! The centres of all spheres, gathered only if somebody looks.
+
+use crate::configuration::Configuration;
+
+/// The centres of the spheres of a configuration, in diameters.
+///
+/// The moves keep spheres sorted by place, not by number. Asking for heights in any order is cheap; the
+/// first to ask for all positions after a sweep has them put in order.
+#[derive(Debug, Clone, Copy)]
+pub struct Centers<'a>(Source<'a>);
+
+#[derive(Debug, Clone, Copy)]
+enum Source<'a> {
+    Configuration(&'a Configuration),
+    /// Made by hand, for tests.
+    #[cfg(test)]
+    List(&'a [[f64; 3]]),
+}
+
+impl<'a> Centers<'a> {
+    pub(crate) fn new(configuration: &'a Configuration) -> Self {
+        Self(Source::Configuration(configuration))
+    }
+
+    #[cfg(test)]
+    pub(crate) fn listed(positions: &'a [[f64; 3]]) -> Self {
+        Self(Source::List(positions))
+    }
+
+    /// Number of spheres.
+    #[must_use]
+    pub fn count(&self) -> usize {
+        match self.0 {
+            Source::Configuration(configuration) => configuration.len(),
+            #[cfg(test)]
+            Source::List(positions) => positions.len(),
+        }
+    }
+
+    /// Calls `visit` with the height of each sphere, in an order that means nothing.
+    pub fn for_each_height(&self, visit: impl FnMut(f64)) {
+        match self.0 {
+            Source::Configuration(configuration) => configuration.heights().for_each(visit),
+            #[cfg(test)]
+            Source::List(positions) => positions.iter().map(|position| position[0]).for_each(visit),
+        }
+    }
+
+    /// Positions x, y, z. A sphere keeps its place in this list for the whole run.
+    #[must_use]
+    pub fn positions(&self) -> &'a [[f64; 3]] {
+        match self.0 {
+            Source::Configuration(configuration) => configuration.positions(),
+            #[cfg(test)]
+            Source::List(positions) => positions,
+        }
+    }
+}

@@ -1,0 +1,257 @@
+//! The cells: unit cells at least one diameter wide, in layers of equal height.
+
+use crate::Slab;
+use wide::f32x4;
+
+/// Parts of a cell along each axis that the table of cells in reach tells apart.
+const PARTS: usize = 4;
+
+/// The 27 cells around and including one: bit 9 layer + 3 row + column of a set of cells, each
+/// counted from the cell before.
+pub(super) const NEIGHBOURS: usize = 27;
+
+/// How one of the 27 cells lies to the middle one: a line of the cache.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+pub(super) struct Neighbour {
+    /// Of its corner, along x, y, z; once for each slot of a page.
+    pub(super) shift: [f32x4; 3],
+    /// Of its index in the layer, to be added with wrapping.
+    pub(super) cell: usize,
+    /// 0 in the layer before, 1, 2 in the layer after.
+    pub(super) layer: usize,
+}
+
+/// How a slab is cut into cells.
+///
+/// In a layer they form a table with a margin of one cell all around, which repeats what is at the other end:
+/// so the neighbours of a cell have the same distances in the table everywhere.
+#[derive(Debug, Clone)]
+pub(crate) struct Grid {
+    /// Cells along x, y, z.
+    pub(crate) cells: [usize; 3],
+    /// Sides of a cell.
+    pub(crate) sides: [f64; 3],
+    /// Parts of cells per unit length.
+    inverse_parts: [f64; 3],
+    /// Index of the last part of a cell along x, y, z.
+    last_parts: [u32; 3],
+    /// Length of a row in the table of cells in a layer.
+    row: u32,
+    /// Periodic widths along y, z.
+    pub(crate) widths: [f64; 2],
+    /// Boxed, so that nothing else has to be aligned to a line of the cache.
+    pub(super) neighbours: Box<[Neighbour; 32]>,
+    /// For each part of a cell and each octant, the cells that come within one diameter of the part: in
+    /// the low half the likeliest to be run into by a sphere that comes there in the direction of the octant, in the high half the others.
+    reach: Vec<u64>,
+    /// For each axis and part of a cell, the cells beside it that come within one diameter of the line
+    /// along the axis.
+    beside: Vec<[u32; 3]>,
+    /// Squared distance at which a sphere that moves straight touches another.
+    pub(super) contact: f64,
+}
+
+/// The cell and the part of it in which a position lies.
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Spot {
+    pub(crate) layer: u32,
+    pub(crate) y: u32,
+    pub(crate) z: u32,
+    /// Index of the cell in its layer.
+    pub(crate) cell: u32,
+    part: u32,
+}
+
+/// Number of cells that divide `extent` into sides of at least one diameter and less than 1.5.
+pub(super) fn division(extent: f64) -> usize {
+    /// The side that is aimed at. Larger cells are fewer to visit, but pages overflow.
+    const SIDE: f64 = 1.15;
+    // Extents are at least 2 and at most 1e6.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let [most, cells] = [extent.floor() as usize, (extent / SIDE).round() as usize];
+    let cells = cells.clamp(most.min(3), most);
+    // A side that exceeds one diameter by rounding only could hide a neighbour two cells away.
+    let marginal = extent > cells as f64 && extent / (cells as f64) < 1.0 + 1e-12;
+    if marginal && cells > 3 { cells - 1 } else { cells }
+}
+
+impl Grid {
+    pub(crate) fn new(slab: &Slab) -> Self {
+        let widths = slab.widths();
+        let extents = [slab.height(), widths[0], widths[1]];
+        let cells = extents.map(division);
+        let sides = [0, 1, 2].map(|axis| extents[axis] / cells[axis] as f64);
+        let inverse_parts = [0, 1, 2].map(|axis| PARTS as f64 * (cells[axis] as f64 / extents[axis]));
+        // Two coordinates differ by a few roundings of the largest, and a square by twice as many.
+        let contact = 1.0 + 1e-14 + 32.0 * f64::EPSILON * extents.into_iter().fold(1.0, f64::max);
+        let row = cells[2] + 2;
+        let neighbours = Box::new(std::array::from_fn(|bit| {
+            let offsets = [bit / 9, bit / 3 % 3, bit % 3];
+            #[allow(clippy::cast_possible_truncation)]
+            let shift = [0, 1, 2].map(|axis| f32x4::splat((offsets[axis] as f64 - 1.0) as f32 * sides[axis] as f32));
+            let cell = (offsets[1] * row + offsets[2]).wrapping_sub(row + 1);
+            Neighbour { shift, cell, layer: offsets[0].min(2) }
+        }));
+        #[allow(clippy::cast_possible_truncation)]
+        let (row, last_parts) = (row as u32, cells.map(|cells| (PARTS * cells - 1) as u32));
+        Self { cells, sides, inverse_parts, last_parts, row, widths, neighbours, reach: cells_in_reach(sides), beside: cells_beside(sides), contact }
+    }
+
+    /// Size of the table of cells in a layer.
+    pub(super) fn table(&self) -> usize {
+        (self.cells[1] + 2) * (self.cells[2] + 2)
+    }
+
+    /// Index in the layer of the cell in a row and a column.
+    #[inline]
+    pub(crate) fn cell(&self, y: usize, z: usize) -> usize {
+        (y + 1) * (self.cells[2] + 2) + z + 1
+    }
+
+    /// Part of a cell along `axis`.
+    #[inline]
+    fn part(&self, axis: usize, value: f64) -> u32 {
+        // Adding this leaves an integer in the low bits: quicker than a conversion that saturates.
+        const INTEGER: f64 = 1.5 * (1_u64 << 52) as f64;
+        // Rounding to the nearest, half a part lower, is truncation. (At edges between parts, but not
+        // between cells, it may be the lower one; there it does not matter.)
+        #[allow(clippy::cast_possible_truncation)]
+        let part = (value * self.inverse_parts[axis] - 0.5 + INTEGER).to_bits() as u32;
+        part.min(self.last_parts[axis])
+    }
+
+    #[inline]
+    pub(crate) fn spot(&self, position: [f64; 3]) -> Spot {
+        let [x, y, z] = [0, 1, 2].map(|axis| self.part(axis, position[axis]));
+        let parts = PARTS as u32;
+        let part = (x % parts * parts + y % parts) * parts + z % parts;
+        let [layer, y, z] = [x / parts, y / parts, z / parts];
+        Spot { layer, y, z, cell: (y + 1) * self.row + z + 1, part }
+    }
+
+    /// Coordinates relative to the lowest corner of the cell.
+    #[inline]
+    // Single precision is meant: see `Page`.
+    #[allow(clippy::cast_possible_truncation)]
+    pub(super) fn relative(&self, spot: &Spot, position: [f64; 3]) -> [f32; 3] {
+        // Cells along an axis fit an i32, from which conversion is quicker.
+        let corner = |axis: usize, cell: u32| f64::from(cell.cast_signed()) * self.sides[axis];
+        [
+            (position[0] - corner(0, spot.layer)) as f32,
+            (position[1] - corner(1, spot.y)) as f32,
+            (position[2] - corner(2, spot.z)) as f32,
+        ]
+    }
+
+    #[inline]
+    pub(super) fn in_reach(&self, spot: &Spot, octant: usize) -> u64 {
+        self.reach[spot.part as usize * 8 + octant]
+    }
+
+    /// Cells, of those that lie across an axis from that of a spot, which a sphere moving along it may meet.
+    #[inline]
+    pub(super) fn across(&self, spot: &Spot, axis: usize) -> u32 {
+        self.beside[spot.part as usize][axis]
+    }
+
+    /// Whether a neighbour of the cell is in the margin, or the cell is repeated there.
+    #[inline]
+    pub(super) fn at_edge(&self, spot: &Spot) -> bool {
+        (spot.y.wrapping_sub(1) as usize >= self.cells[1] - 2) | (spot.z.wrapping_sub(1) as usize >= self.cells[2] - 2)
+    }
+
+    /// Squared distance in double precision: what decides.
+    ///
+    /// Absolute differences first: then it is the same to the last bit whichever of the two spheres is
+    /// being moved.
+    #[inline]
+    pub(super) fn squared_distance(&self, a: [f64; 3], b: [f64; 3]) -> f64 {
+        let dx = a[0] - b[0];
+        let dy = (a[1] - b[1]).abs();
+        let dz = (a[2] - b[2]).abs();
+        let (dy, dz) = (dy.min(self.widths[0] - dy), dz.min(self.widths[1] - dz));
+        dx * dx + dy * dy + dz * dz
+    }
+}
+
+/// The cells before, at and after `index` along a periodic axis.
+#[inline]
+pub(super) fn periodic_neighbours(index: usize, cells: usize) -> [usize; 3] {
+    [
+        if index == 0 { cells - 1 } else { index - 1 },
+        index,
+        if index + 1 == cells { 0 } else { index + 1 },
+    ]
+}
+
+/// Far above the rounding of coordinates.
+const MARGIN: f64 = 1e-6;
+/// Cells that are visited first.
+const FIRST: usize = 5;
+
+/// Distance along an axis from a part of a cell to a neighbouring cell.
+fn gap(sides: [f64; 3], part: usize, bit: usize, axis: usize) -> f64 {
+    let part = [part / (PARTS * PARTS), part / PARTS % PARTS, part % PARTS][axis];
+    let below = part as f64 / PARTS as f64;
+    let above = 1.0 - (part + 1) as f64 / PARTS as f64;
+    sides[axis] * [below, 0.0, above][offset(bit, axis)]
+}
+
+/// Whether a neighbouring cell lies before, at or after the middle one along an axis: 0, 1 or 2.
+fn offset(bit: usize, axis: usize) -> usize {
+    [bit / 9, bit / 3 % 3, bit % 3][axis]
+}
+
+fn cells_in_reach(sides: [f64; 3]) -> Vec<u64> {
+    let mut reach = Vec::with_capacity(PARTS * PARTS * PARTS * 8);
+    for part in 0..PARTS * PARTS * PARTS {
+        let squared = |bit: usize| (0..3).map(|axis| gap(sides, part, bit, axis)).map(|gap| gap * gap).sum::<f64>();
+        let within: u64 = (0..NEIGHBOURS).filter(|&bit| squared(bit) < 1.0 + MARGIN).map(|bit| 1 << bit).sum();
+        for octant in 0..8 {
+            let first = likeliest(sides, part, octant) & within;
+            reach.push(first | (within & !first) << 32);
+        }
+    }
+    reach
+}
+
+fn cells_beside(sides: [f64; 3]) -> Vec<[u32; 3]> {
+    let beside = |part: usize, axis: usize| {
+        let squared = |bit: usize| {
+            let across = [(axis + 1) % 3, (axis + 2) % 3];
+            across.map(|axis| gap(sides, part, bit, axis)).map(|gap| gap * gap).iter().sum::<f64>()
+        };
+        let within = |&bit: &usize| offset(bit, axis) == 1 && squared(bit) < 1.0 + MARGIN;
+        (0..NEIGHBOURS).filter(within).map(|bit| 1 << bit).sum()
+    };
+    (0..PARTS * PARTS * PARTS).map(|part| [0, 1, 2].map(|axis| beside(part, axis))).collect()
+}
+
+/// The cells that hold most of the places, just within one diameter of the middle of a part, that a
+/// sphere runs into. It decides how fast an overlap is found, and nothing else.
+fn likeliest(sides: [f64; 3], part: usize, octant: usize) -> u64 {
+    const STEPS: usize = 7;
+    let parts = [part / (PARTS * PARTS), part / PARTS % PARTS, part % PARTS];
+    let mut weights = [0.0; NEIGHBOURS];
+    for point in 0..STEPS * STEPS * STEPS {
+        let offsets = [point / (STEPS * STEPS), point / STEPS % STEPS, point % STEPS];
+        let direction = offsets.map(|offset| offset as f64 - 0.5 * (STEPS - 1) as f64);
+        let length = direction.iter().map(|along| along * along).sum::<f64>().sqrt();
+        if length == 0.0 {
+            continue;
+        }
+        let (mut bit, mut ahead) = (0, 0.0);
+        for axis in 0..3 {
+            let along = direction[axis] / length;
+            let to = (parts[axis] as f64 + 0.5) / PARTS as f64 + 0.95 * along / sides[axis];
+            bit = 3 * bit + if to < 0.0 { 0 } else if to < 1.0 { 1 } else { 2 };
+            ahead += if octant >> axis & 1 == 1 { along } else { -along };
+        }
+        // Points of the grid on the faces of a cube to points on the sphere.
+        weights[bit] += f64::max(ahead, 0.0) / (length * length * length);
+    }
+    let mut order: [usize; NEIGHBOURS] = std::array::from_fn(|bit| bit);
+    order.sort_by(|&a, &b| weights[b].total_cmp(&weights[a]));
+    order[..FIRST].iter().map(|bit| 1 << bit).sum()
+}

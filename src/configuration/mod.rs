@@ -1,0 +1,285 @@
+//! The spheres, and the invariants that every move keeps: no two overlap, all are inside.
+//!
+//! Space is cut into cells of about one diameter. All cells at one height form a [`Layer`], which owns its
+//! spheres: so layers far from each other can be changed at the same time, and what a trial reads lies together. A
+//! sphere has a position in double precision, which decides; a copy in single precision, relative to its cell, finds out
+//! quickly which pairs need no decision ([`Probe`]).
+
+mod contact;
+mod grid;
+mod layer;
+mod overlap;
+mod page;
+
+pub(crate) use contact::Contact;
+pub(crate) use grid::Grid;
+pub(crate) use layer::Layer;
+pub(crate) use overlap::Probe;
+pub(crate) use page::NOBODY;
+
+use crate::{Error, Slab};
+use grid::Spot;
+use std::sync::{Mutex, OnceLock, PoisonError};
+
+/// Where a sphere is.
+#[derive(Debug, Clone, Copy, Default)]
+struct Place {
+    /// Counted from the empty layer below the first.
+    layer: u32,
+    index: u32,
+}
+
+/// Spheres in layers.
+#[derive(Debug)]
+pub(crate) struct Configuration {
+    slab: Slab,
+    grid: Grid,
+    /// The first and the last are empty and stand for what is beyond the walls.
+    layers: Vec<Layer>,
+    len: usize,
+    /// Where each sphere is, by number.
+    places: Vec<Place>,
+    /// Whether sweeps have moved spheres without keeping `places`.
+    stale: bool,
+    /// Positions by number, once somebody has asked for them.
+    positions: OnceLock<Vec<[f64; 3]>>,
+    /// What they were kept in before.
+    retired: Mutex<Vec<[f64; 3]>>,
+}
+
+impl Clone for Configuration {
+    fn clone(&self) -> Self {
+        Self {
+            slab: self.slab,
+            grid: self.grid.clone(),
+            layers: self.layers.clone(),
+            len: self.len,
+            places: self.places.clone(),
+            stale: self.stale,
+            positions: self.positions.clone(),
+            retired: Mutex::default(),
+        }
+    }
+}
+
+impl Configuration {
+    /// A configuration without spheres.
+    pub(crate) fn empty(slab: Slab) -> Self {
+        /// Bytes set aside, so that layers need not grow later.
+        const RESERVED: usize = 1 << 26;
+        let grid = Grid::new(&slab);
+        let layers = grid.cells[0];
+        // Close packing of centres in a layer and half a diameter on both sides.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let most = (slab.base_area() * (grid.sides[0] + 1.0) * std::f64::consts::SQRT_2) as usize;
+        let reserve = (RESERVED / (layers * 100)).clamp(2, most);
+        let all = (0..layers + 2)
+            .map(|index| {
+                let beyond = index == 0 || index == layers + 1;
+                Layer::new(grid.table(), if beyond { 0 } else { reserve }, index)
+            })
+            .collect();
+        Self {
+            slab,
+            grid,
+            layers: all,
+            len: 0,
+            places: Vec::new(),
+            stale: false,
+            positions: OnceLock::new(),
+            retired: Mutex::default(),
+        }
+    }
+
+    /// Checks positions and takes them over.
+    pub(crate) fn new(slab: Slab, positions: &[[f64; 3]]) -> Result<Self, Error> {
+        let mut configuration = Self::empty(slab);
+        let [width_y, width_z] = slab.widths();
+        let bounds =
+            [('x', slab.lowest_center(), slab.highest_center()), ('y', 0.0, width_y), ('z', 0.0, width_z)];
+        for (index, &position) in positions.iter().enumerate() {
+            for (value, (axis, lowest, highest)) in position.into_iter().zip(bounds) {
+                // A NaN fails the comparison too.
+                if !(value >= lowest && value <= highest) {
+                    return Err(Error::OutsideSlab { index, axis, value, lowest, highest });
+                }
+            }
+            let position = [position[0], wrap(position[1], width_y), wrap(position[2], width_z)];
+            if let Some((first, distance)) = configuration.overlapping(position) {
+                return Err(Error::Overlap { first, second: index, distance });
+            }
+            configuration.push(position);
+        }
+        Ok(configuration)
+    }
+
+    /// Adds a sphere if there is room for it.
+    pub(crate) fn try_push(&mut self, position: [f64; 3]) -> bool {
+        let free = !self.overlaps(None, position);
+        if free {
+            self.push(position);
+        }
+        free
+    }
+
+    fn push(&mut self, position: [f64; 3]) {
+        self.touch();
+        let spot = self.grid.spot(position);
+        let layer = spot.layer as usize + 1;
+        // The scene limits the number of spheres, and with it that of layers in use, to u32.
+        #[allow(clippy::cast_possible_truncation)]
+        let (number, layer_index) = (self.len as u32, layer as u32);
+        let index = self.layers[layer].insert(&self.grid, &spot, position, number);
+        self.places.push(Place { layer: layer_index, index });
+        self.len += 1;
+    }
+
+    pub(crate) fn slab(&self) -> &Slab {
+        &self.slab
+    }
+
+    pub(crate) fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Heights of the centres, in an order that means nothing.
+    pub(crate) fn heights(&self) -> impl Iterator<Item = f64> + '_ {
+        self.layers.iter().flat_map(|layer| {
+            layer.spheres.iter().filter(|sphere| sphere.number != NOBODY).map(|sphere| sphere.position[0])
+        })
+    }
+
+    /// Positions in the order in which the spheres were given.
+    pub(crate) fn positions(&self) -> &[[f64; 3]] {
+        self.positions.get_or_init(|| {
+            let mut retired = self.retired.lock().unwrap_or_else(PoisonError::into_inner);
+            let mut positions = std::mem::take(&mut *retired);
+            positions.resize(self.len, [0.0; 3]);
+            for layer in &self.layers {
+                for sphere in &layer.spheres {
+                    if let Some(position) = positions.get_mut(sphere.number as usize) {
+                        *position = sphere.position;
+                    }
+                }
+            }
+            positions
+        })
+    }
+
+    /// Notes that spheres are about to move.
+    #[inline]
+    fn touch(&mut self) {
+        if let Some(positions) = self.positions.take() {
+            *self.retired.get_mut().unwrap_or_else(PoisonError::into_inner) = positions;
+        }
+    }
+
+    /// Grid and layers, for a sweep that moves spheres between them.
+    pub(crate) fn parts_mut(&mut self) -> (&Grid, &mut [Layer]) {
+        self.touch();
+        self.stale = true;
+        (&self.grid, &mut self.layers)
+    }
+
+    /// Makes sure that spheres are found by number, as [`position`](Self::position),
+    /// [`relocate`](Self::relocate) and [`first_contact`](Self::first_contact) need it.
+    pub(crate) fn track(&mut self) {
+        if !self.stale {
+            return;
+        }
+        self.stale = false;
+        #[allow(clippy::cast_possible_truncation)]
+        for (layer, spheres) in self.layers.iter().enumerate() {
+            for (index, sphere) in spheres.spheres.iter().enumerate() {
+                if let Some(place) = self.places.get_mut(sphere.number as usize) {
+                    *place = Place { layer: layer as u32, index: index as u32 };
+                }
+            }
+        }
+    }
+
+    #[inline]
+    pub(crate) fn position(&self, sphere: usize) -> [f64; 3] {
+        debug_assert!(!self.stale);
+        let place = self.places[sphere];
+        self.layers[place.layer as usize].spheres[place.index as usize].position
+    }
+
+    /// The layers before, at and after that of a spot.
+    #[inline]
+    fn around(&self, spot: &Spot) -> &[Layer; 3] {
+        neighbours_of(&self.layers, spot.layer as usize + 1)
+    }
+
+    /// Whether `sphere`, or a new one, would overlap another at `position` (wrapped, inside).
+    pub(crate) fn overlaps(&self, sphere: Option<usize>, position: [f64; 3]) -> bool {
+        let spot = self.grid.spot(position);
+        let mut ignored = NOBODY;
+        if let Some(sphere) = sphere {
+            let place = self.places[sphere];
+            if (place.layer as usize).wrapping_sub(spot.layer as usize) < 3 {
+                ignored = self.layers[place.layer as usize].occupant(place.index);
+            }
+        }
+        let around = self.around(&spot);
+        let mut probe = Probe::new(&self.grid, spot, position, ignored);
+        probe.look_around(&self.grid, around, 0);
+        probe.overlaps(&self.grid, around)
+    }
+
+    /// A sphere that overlaps one at `position`, and the distance between the two.
+    fn overlapping(&self, position: [f64; 3]) -> Option<(usize, f64)> {
+        if !self.overlaps(None, position) {
+            return None;
+        }
+        let spot = self.grid.spot(position);
+        for layer in self.around(&spot) {
+            for neighbour in &self.grid.neighbours[9..18] {
+                for index in layer.indices_in((spot.cell as usize).wrapping_add(neighbour.cell)) {
+                    let sphere = &layer.spheres[index as usize];
+                    let squared = self.grid.squared_distance(position, sphere.position);
+                    if squared < 1.0 {
+                        return Some((sphere.number as usize, squared.sqrt()));
+                    }
+                }
+            }
+        }
+        None
+    }
+
+    /// Moves `sphere` to a position that was found free.
+    #[inline]
+    pub(crate) fn relocate(&mut self, sphere: usize, position: [f64; 3]) {
+        self.touch();
+        let place = self.places[sphere];
+        let spot = self.grid.spot(position);
+        let layer = spot.layer as usize + 1;
+        if place.layer as usize == layer {
+            self.layers[layer].shift(&self.grid, place.index, &spot, position);
+        } else {
+            let taken = self.layers[place.layer as usize].remove(&self.grid, place.index);
+            let index = self.layers[layer].insert(&self.grid, &spot, position, taken.number);
+            #[allow(clippy::cast_possible_truncation)]
+            let layer = layer as u32;
+            self.places[sphere] = Place { layer, index };
+        }
+    }
+}
+
+/// The layers before, at and after one of them.
+#[inline]
+pub(crate) fn neighbours_of(layers: &[Layer], layer: usize) -> &[Layer; 3] {
+    const NONE: &[Layer; 3] = &[Layer::BEYOND, Layer::BEYOND, Layer::BEYOND];
+    layers.get(layer.wrapping_sub(1)..).and_then(<[Layer]>::first_chunk).unwrap_or(NONE)
+}
+
+/// The coordinate in `[0, width)` that `value`, less than one width outside, stands for.
+#[inline]
+pub(crate) fn wrap(value: f64, width: f64) -> f64 {
+    let raised = if value < 0.0 { value + width } else { value };
+    // A negative number below the resolution of `width` was raised to it.
+    if raised >= width { raised - width } else { raised }
+}
+
+#[cfg(test)]
+mod tests;

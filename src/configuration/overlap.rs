@@ -1,0 +1,146 @@
+//! Whether a sphere at a position would overlap another.
+
+use super::grid::{Grid, NEIGHBOURS, Neighbour, Spot};
+use super::layer::{Layer, NONE};
+use super::page::{Page, SLOTS};
+use wide::{f32x4, u32x4};
+
+/// Bound on the error of a squared distance in single precision, near one.
+///
+/// Sides are below 1.5, so a coordinate relative to a cell, that of a corner, and the difference from a page's are
+/// off by at most 2⁻²⁴ each, and one relative to a neighbouring cell by 2⁻²³ more: 6·2⁻²⁴ along each axis,
+/// the rounding of double precision included. In the square this is 2√3·6·2⁻²⁴, and its own rounding adds
+/// 3·2⁻²⁴: less than 24·2⁻²⁴, a third of what is allowed for.
+const ROUNDING: f32 = 1.0 / (1 << 18) as f32;
+/// Below it spheres overlap for certain.
+const CERTAIN: f32x4 = f32x4::new([1.0 - ROUNDING; SLOTS]);
+/// From it on they certainly do not.
+const CLEAR: f32x4 = f32x4::new([1.0 + ROUNDING; SLOTS]);
+
+/// A question in the making: would a sphere at a position overlap another?
+#[derive(Debug, Clone, Copy, Default)]
+pub(crate) struct Probe {
+    pub(crate) position: [f64; 3],
+    pub(crate) spot: Spot,
+    relative: [f32; 3],
+    /// The occupant that is the sphere itself.
+    ignored: u32,
+    /// Occupied cells in reach that are still to be visited.
+    candidates: u64,
+}
+
+/// What visits compare with: once for each slot of a page.
+struct Middle {
+    coordinates: [f32x4; 3],
+    ignored: u32x4,
+}
+
+impl Middle {
+    /// Squared distances of a page's spheres in single precision, far away that which is ignored.
+    #[inline]
+    fn squared_distances(&self, neighbour: &Neighbour, page: &Page) -> f32x4 {
+        let [x, y, z] = self.coordinates;
+        let dx = x - neighbour.shift[0] - page.x;
+        let dy = y - neighbour.shift[1] - page.y;
+        let dz = z - neighbour.shift[2] - page.z;
+        dx * dx + dy * dy + dz * dz + page.masked(self.ignored)
+    }
+
+    /// The nearest of all pages of a cell, in each slot.
+    #[cold]
+    #[inline(never)]
+    fn nearest_in_chain(&self, neighbour: &Neighbour, layer: &Layer, head: u32) -> f32x4 {
+        let mut nearest = CLEAR;
+        let mut page = head >> 1;
+        while page != NONE {
+            nearest = nearest.fast_min(self.squared_distances(neighbour, &layer.pages[page as usize]));
+            page = layer.next[page as usize];
+        }
+        nearest
+    }
+}
+
+impl Probe {
+    /// About a position in the cell `spot`; `ignored` is the occupant that is the sphere itself.
+    #[inline]
+    pub(crate) fn new(grid: &Grid, spot: Spot, position: [f64; 3], ignored: u32) -> Self {
+        Self { position, spot, relative: grid.relative(&spot, position), ignored, candidates: 0 }
+    }
+
+    /// Finds out which cells have to be visited, for a sphere that has come in the direction of
+    /// `octant`. `layers` are those before, at and after the position, here and in all that follows.
+    #[inline]
+    pub(crate) fn look_around(&mut self, grid: &Grid, layers: &[Layer; 3], octant: usize) {
+        let cell = self.spot.cell as usize;
+        let nearby = |layer: usize| u64::from(layers[layer].nearby[cell]) << (9 * layer);
+        let occupied = nearby(0) | nearby(1) | nearby(2);
+        self.candidates = (occupied | occupied << 32) & grid.in_reach(&self.spot, octant);
+    }
+
+    #[inline]
+    fn middle(&self) -> Middle {
+        Middle { coordinates: self.relative.map(f32x4::splat), ignored: u32x4::splat(self.ignored) }
+    }
+
+    /// Visits the next `VISITS` cells without a branch, and says whether an overlap is certain. What it
+    /// cannot decide, it leaves to [`overlaps`](Self::overlaps).
+    #[inline]
+    pub(crate) fn overlaps_early<const VISITS: usize>(&mut self, grid: &Grid, layers: &[Layer; 3]) -> bool {
+        let cell = self.spot.cell as usize;
+        let middle = self.middle();
+        let mut candidates = self.candidates;
+        let mut nearest = CLEAR;
+        let mut heads = 0;
+        for _ in 0..VISITS {
+            // Once all have been visited it is always the first, occupied or not: no harm.
+            let neighbour = &grid.neighbours[candidates.trailing_zeros() as usize & 31];
+            candidates &= candidates.wrapping_sub(1);
+            let layer = &layers[neighbour.layer.min(2)];
+            let head = layer.heads[cell.wrapping_add(neighbour.cell)];
+            let page = &layer.pages[(head >> 1) as usize];
+            nearest = nearest.fast_min(middle.squared_distances(neighbour, page));
+            heads |= head;
+        }
+        let certain = nearest.simd_lt(CERTAIN).any();
+        let decided = certain | (!nearest.simd_lt(CLEAR).any() & (heads & 1 == 0));
+        self.candidates = if decided { candidates } else { self.candidates };
+        certain
+    }
+
+    /// Visits all cells that are left.
+    #[inline]
+    pub(crate) fn overlaps(&self, grid: &Grid, layers: &[Layer; 3]) -> bool {
+        let cell = self.spot.cell as usize;
+        let middle = self.middle();
+        let mut candidates = self.candidates;
+        while candidates != 0 {
+            let neighbour = &grid.neighbours[candidates.trailing_zeros() as usize & 31];
+            candidates &= candidates - 1;
+            let layer = &layers[neighbour.layer.min(2)];
+            let head = layer.heads[cell.wrapping_add(neighbour.cell)];
+            let page = &layer.pages[(head >> 1) as usize];
+            let mut squared = middle.squared_distances(neighbour, page);
+            if head & 1 == 1 {
+                squared = middle.nearest_in_chain(neighbour, layer, head);
+            }
+            if squared.simd_lt(CLEAR).any() {
+                // In what is left in doubt, the cells visited before were clear: no need to save work.
+                return squared.simd_lt(CERTAIN).any() || self.overlaps_exactly(grid, layers);
+            }
+        }
+        false
+    }
+
+    /// The same in double precision, for those few that need it.
+    #[cold]
+    #[inline(never)]
+    fn overlaps_exactly(&self, grid: &Grid, layers: &[Layer; 3]) -> bool {
+        grid.neighbours[..NEIGHBOURS].iter().any(|neighbour| {
+            let layer = &layers[neighbour.layer];
+            layer.occupants_of((self.spot.cell as usize).wrapping_add(neighbour.cell)).any(|occupant| {
+                occupant != self.ignored
+                    && grid.squared_distance(self.position, layer.sphere_of(occupant).position) < 1.0
+            })
+        })
+    }
+}

@@ -1,0 +1,249 @@
+//! Local trial moves: one sphere, a small uniform displacement, Metropolis acceptance.
+
+mod domains;
+mod visit;
+
+use super::Sweep;
+use crate::configuration::Layer;
+use crate::drive::Drive;
+use crate::random::Generator;
+use crate::{Error, Field, Slab, TemperatureProfile};
+use domains::Domains;
+use rand::{Rng, SeedableRng};
+use visit::{Common, Outcome, Scratch, Slice};
+
+/// Moves of one sphere, chosen at random, by a displacement uniform in the cube (−S, S)³.
+///
+/// A trial that leaves the slab or overlaps is rejected; otherwise it is accepted with probability
+/// min(1, exp(−Δu)) (eq. 12 of doi:10.1103/PhysRevE.83.061306 and those derived from it). A trial and
+/// its reverse are proposed with the same probability, so detailed balance holds.
+///
+/// Each sweep cuts a large box into domains, elsewhere every time, and makes as many trials in each as there are
+/// spheres, so that cores can share the work; trials that leave a domain are rejected too. Why
+/// balance holds all the same is said in `docs/physics.md`. The outcome does not depend on the number of cores.
+///
+/// ```
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, moves::LocalMoves};
+/// use gradient_mc::temperature::Isothermal;
+/// let slab = Slab::new(60.0, 6.0, 6.0)?;
+/// let scene = Scene::new(slab, 360, UniformField::default(), Isothermal::new(5.0)?)?;
+/// // Small steps for the base, large ones for the top.
+/// let moves = LocalMoves::mixture(&[0.15, 1.0], &slab)?;
+/// let mut simulation = Simulation::builder(scene).moves(moves).seed(1).build()?;
+/// simulation.run(100, &mut ())?;
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct LocalMoves {
+    /// All of them, and then the last again.
+    sizes: [f64; Self::MOST_SIZES],
+    count: usize,
+}
+
+impl LocalMoves {
+    /// Most sizes of a mixture.
+    pub const MOST_SIZES: usize = 4;
+
+    /// S = `maximum_displacement` in diameters.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless 0 < S ≤ half the smallest side of the slab.
+    pub fn new(maximum_displacement: f64, slab: &Slab) -> Result<Self, Error> {
+        Self::mixture(&[maximum_displacement], slab)
+    }
+
+    /// Each trial draws one of several S, all equally likely; the choice does not depend on where the sphere
+    /// is, so detailed balance holds.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless there are 1 to [`MOST_SIZES`](Self::MOST_SIZES), each as in
+    /// [`new`](Self::new).
+    pub fn mixture(maximum_displacements: &[f64], slab: &Slab) -> Result<Self, Error> {
+        let count = maximum_displacements.len();
+        let Some(&last) = maximum_displacements.last().filter(|_| count <= Self::MOST_SIZES) else {
+            let requirement = "there must be at least one and at most four";
+            let name = "number of maximum displacements";
+            return Err(Error::InvalidParameter { name, value: count as f64, requirement });
+        };
+        let mut sizes = [last; Self::MOST_SIZES];
+        sizes[..count].copy_from_slice(maximum_displacements);
+        let moves = Self { sizes, count };
+        moves.check(slab)?;
+        Ok(moves)
+    }
+
+    /// Whether the moves suit a slab.
+    pub(crate) fn check(&self, slab: &Slab) -> Result<(), Error> {
+        let [width_y, width_z] = slab.widths();
+        let largest = 0.5 * slab.height().min(width_y).min(width_z);
+        // A NaN fails the comparison too.
+        match self.sizes.into_iter().find(|&size| !(size > 0.0 && size <= largest)) {
+            None => Ok(()),
+            Some(value) => Err(Error::InvalidParameter {
+                name: "maximum displacement",
+                value,
+                requirement: "it must be positive and at most half the smallest side of the slab",
+            }),
+        }
+    }
+
+    /// One S in diameters, to be checked when the slab is known.
+    pub(crate) fn unchecked(maximum_displacement: f64) -> Self {
+        Self { sizes: [maximum_displacement; Self::MOST_SIZES], count: 1 }
+    }
+
+    /// The S of a mixture, in diameters.
+    #[must_use]
+    pub fn maximum_displacements(&self) -> &[f64] {
+        &self.sizes[..self.count]
+    }
+
+    /// S in diameters; the largest of a mixture.
+    #[must_use]
+    pub fn maximum_displacement(&self) -> f64 {
+        self.sizes.into_iter().fold(0.0, f64::max)
+    }
+}
+
+/// Local moves at work.
+#[derive(Debug, Clone)]
+pub(crate) struct Engine {
+    moves: LocalMoves,
+    domains: Domains,
+    /// Of each slab.
+    outcomes: Vec<Outcome>,
+    /// One, or one for each slab where they are swept at the same time.
+    scratch: Vec<Scratch>,
+}
+
+impl Engine {
+    pub(in crate::moves) fn new(moves: LocalMoves) -> Self {
+        Self { moves, domains: Domains::default(), outcomes: Vec::new(), scratch: Vec::new() }
+    }
+
+    /// One sweep: as many trials as there are spheres.
+    ///
+    /// # Errors
+    /// [`Error::InvalidPotential`] where a field or a temperature turns out not to be finite between
+    /// the heights that were probed; the configuration stays valid.
+    pub(in crate::moves) fn sweep<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
+        &mut self,
+        sweep: &mut Sweep<'_, F, T, D>,
+    ) -> Result<(), Error> {
+        let Sweep { scene, drive, configuration, generator, tally, recorder, .. } = sweep;
+        let particles = configuration.len();
+        let (grid, layers) = configuration.parts_mut();
+        self.domains.cut(grid, particles, self.moves.maximum_displacement(), generator);
+        let (domains, slabs) = (&self.domains, self.domains.slabs());
+        if self.outcomes.len() < slabs {
+            self.outcomes.resize_with(slabs, Outcome::default);
+        }
+        let keys = [generator.next_u64(), generator.next_u64()];
+        let moves = &self.moves;
+        let common = Common { scene, drive: *drive, grid, moves, record: recorder.is_some() };
+        let visit = |slab: usize, layers: &mut [Layer], outcome: &mut Outcome, scratch: &mut Scratch| {
+            outcome.clear();
+            let mut slice = Slice { layers, first: domains.slab(slab)[0] };
+            for (tile, &stretches) in domains.tiles().iter().enumerate() {
+                let mut generator = derived(keys, [slab, tile]);
+                slice.visit(&common, stretches, &mut generator, outcome, scratch);
+            }
+        };
+        for color in 0..2 {
+            // Slabs of the same color do not see each other: one sweeps them in any order, or at once.
+            sweep_color(domains, color, particles, layers, &mut self.outcomes, &mut self.scratch, &visit);
+        }
+        for outcome in &self.outcomes[..slabs] {
+            if let Some(height) = outcome.invalid {
+                let potential = drive.reduced_potential(scene, height);
+                return Err(Error::InvalidPotential { height, potential });
+            }
+            tally.accepted += outcome.accepted;
+            if let Some(recorder) = recorder {
+                outcome.moves.iter().for_each(|accepted| recorder.record_move(accepted));
+            }
+        }
+        tally.trials += particles as u64;
+        Ok(())
+    }
+}
+
+/// The layers of a slab, and those before and after it, out of all and the two beyond the walls.
+fn layers_of(domains: &Domains, slab: usize) -> std::ops::Range<usize> {
+    let [first, end] = domains.slab(slab);
+    first..end + 2
+}
+
+/// Visits every other slab, from `color` on.
+#[cfg(not(feature = "rayon"))]
+fn sweep_color(
+    domains: &Domains,
+    color: usize,
+    particles: usize,
+    layers: &mut [Layer],
+    outcomes: &mut [Outcome],
+    scratch: &mut Vec<Scratch>,
+    visit: &impl Fn(usize, &mut [Layer], &mut Outcome, &mut Scratch),
+) {
+    if scratch.is_empty() {
+        scratch.push(Scratch::for_spheres(particles));
+    }
+    for slab in (color..domains.slabs()).step_by(2) {
+        visit(slab, &mut layers[layers_of(domains, slab)], &mut outcomes[slab], &mut scratch[0]);
+    }
+}
+
+/// Visits every other slab, from `color` on, at the same time.
+#[cfg(feature = "rayon")]
+fn sweep_color(
+    domains: &Domains,
+    color: usize,
+    particles: usize,
+    layers: &mut [Layer],
+    outcomes: &mut [Outcome],
+    scratch: &mut Vec<Scratch>,
+    visit: &(impl Fn(usize, &mut [Layer], &mut Outcome, &mut Scratch) + Sync),
+) {
+    use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
+    let slabs = domains.slabs();
+    while scratch.len() < slabs {
+        scratch.push(Scratch::for_spheres(particles / slabs));
+    }
+    if slabs == 1 {
+        if color == 0 {
+            visit(0, layers, &mut outcomes[0], &mut scratch[0]);
+        }
+        return;
+    }
+    let (mut rest, mut taken) = (layers, 0);
+    let mut tasks = Vec::with_capacity(slabs / 2 + 1);
+    let every_other = outcomes.iter_mut().zip(scratch.iter_mut()).enumerate().take(slabs).skip(color).step_by(2);
+    for (slab, (outcome, scratch)) in every_other {
+        // The slab between two of one color is at least two layers thick, and each looks at one.
+        let range = layers_of(domains, slab);
+        let (_, from_here) = rest.split_at_mut(range.start - taken);
+        let (own, behind) = from_here.split_at_mut(range.len());
+        (rest, taken) = (behind, range.end);
+        tasks.push((slab, own, outcome, scratch));
+    }
+    tasks.into_par_iter().with_max_len(1).for_each(|(slab, layers, outcome, scratch)| {
+        visit(slab, layers, outcome, scratch);
+    });
+}
+
+/// A generator of its own for each domain of a sweep.
+fn derived(keys: [u64; 2], [slab, tile]: [usize; 2]) -> Generator {
+    /// Mixes all bits (the finalizer of `SplitMix64`).
+    fn mix(mut value: u64) -> u64 {
+        value = (value ^ value >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        value = (value ^ value >> 27).wrapping_mul(0x94d0_49bb_1331_11eb);
+        value ^ value >> 31
+    }
+    // Slabs and tiles are at most as many as spheres, which fit a u32.
+    let domain = (slab as u64) << 32 | tile as u64;
+    let state = [mix(keys[0].wrapping_add(domain)), mix(keys[1] ^ mix(domain))];
+    let mut seed = [0; 16];
+    seed[..8].copy_from_slice(&state[0].to_le_bytes());
+    seed[8..].copy_from_slice(&state[1].to_le_bytes());
+    Generator::from_seed(seed)
+}

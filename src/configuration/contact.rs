@@ -1,10 +1,10 @@
 //! The first sphere that a sphere meets when it moves straight along an axis.
 
 use super::Configuration;
-use super::layer::{Layer, NONE, Sphere};
 use super::grid::Spot;
+use super::layer::{Layer, NONE, Sphere};
 use super::page::{NOBODY, Page};
-use wide::{f32x4, u32x4};
+use wide::f32x4;
 
 /// What stops a sphere that moves along an axis.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -17,111 +17,57 @@ pub(crate) struct Contact {
     pub(crate) separation: f64,
 }
 
+/// Bound on the error of coordinates and their squares in single precision, within two cells.
+const ROUNDING: f32 = 1.0 / (1 << 16) as f32;
+
 /// A straight move that is looking for its end.
-struct Search {
+#[derive(Clone, Copy)]
+struct Way {
     moving: u32,
-    /// What stands for it in pages, where it may be met.
-    own: u32x4,
     position: [f64; 3],
-    axis: usize,
+    spot: Spot,
     forward: bool,
-    /// Squared distance at which spheres touch.
-    contact: f64,
-    widths: [f64; 2],
-    nearest: f64,
-    found: u32,
-    separation: f64,
+    limit: f64,
 }
 
-impl Search {
-    /// Distance from the moving sphere to a coordinate of another along a periodic axis.
-    #[inline]
-    fn image(&self, axis: usize, other: f64) -> f64 {
-        let distance = (self.position[axis] - other).abs();
-        distance.min(self.widths[axis - 1] - distance)
-    }
+/// Cells that are looked at together: at one index along the axis, in one layer.
+#[derive(Clone, Copy)]
+struct Plane<'a> {
+    layer: &'a Layer,
+    /// Number of cells along the way from that of the start.
+    step: u32,
+}
 
-    /// How far ahead a coordinate along the axis of motion is; negative behind it.
-    #[inline]
-    fn ahead(&self, other: f64) -> f64 {
-        let distance =
-            if self.forward { other - self.position[self.axis] } else { self.position[self.axis] - other };
-        if self.axis == 0 || distance >= 0.0 { distance } else { distance + self.widths[self.axis - 1] }
-    }
+/// The way in single precision, which tells what spheres may block it; double precision decides.
+struct Outlook<const AXIS: usize> {
+    /// Position relative to its cell, seen from the cells before, at and after it, across the way.
+    across: [[f32; 3]; 2],
+    along: f32x4,
+    sign: f32x4,
+    side: f32,
+}
 
-    #[inline]
-    fn consider(&mut self, sphere: &Sphere) {
-        let other = sphere.position;
-        let ahead = self.ahead(other[self.axis]);
-        let across = match self.axis {
-            0 => [self.image(1, other[1]), self.image(2, other[2])],
-            1 => [self.position[0] - other[0], self.image(2, other[2])],
-            _ => [self.position[0] - other[0], self.image(1, other[1])],
-        };
-        let room = self.contact - across[0] * across[0] - across[1] * across[1];
-        if room > 0.0 && ahead > 0.0 && sphere.number != self.moving {
-            // A pair that already touches to rounding passes the motion on at once.
-            let distance = (ahead - room.sqrt()).max(0.0);
-            if distance < self.nearest {
-                (self.nearest, self.found, self.separation) = (distance, sphere.number, ahead - distance);
-            }
-        }
-    }
+impl<const AXIS: usize> Outlook<AXIS> {
+    /// The axes across the way.
+    const ACROSS: [usize; 2] = [[1, 2], [0, 2], [0, 1]][AXIS];
 
-    /// Those spheres of a page that may be touched before the nearest known, one bit for each.
-    ///
-    /// In single precision, with a margin for its rounding, which grows with the `steps` gone.
+    /// The spheres of a page that may be in the way: not behind, less than one diameter off across, and
+    /// within reach of `nearest`. One bit for each.
     #[inline]
-    fn within_reach(&self, relative: [f32x4; 3], shift: &[f32x4; 3], page: &Page, steps: u32) -> u32 {
-        let apart = [
-            page.x + shift[0] - relative[0],
-            page.y + shift[1] - relative[1],
-            page.z + shift[2] - relative[2],
-        ];
-        #[allow(clippy::cast_possible_truncation, clippy::cast_precision_loss)]
-        let (nearest, margin) = (self.nearest as f32, 2e-5 + 1e-5 * steps as f32);
-        let along = apart[self.axis];
-        let ahead = if self.forward { along } else { -along };
-        let beyond = (ahead - f32x4::splat(nearest)).fast_max(f32x4::splat(0.0));
-        let squares = apart.map(|along| along * along);
-        let across = squares[(self.axis + 1) % 3] + squares[(self.axis + 2) % 3] + page.masked(self.own);
-        let near = (across + beyond * beyond).simd_lt(f32x4::splat(1.0 + margin));
-        (near & ahead.simd_gt(f32x4::splat(-margin))).to_bitmask()
-    }
-
-    /// The spheres of a cell, given its first page.
-    #[inline]
-    fn consider_cell(
-        &mut self,
-        layer: &Layer,
-        head: u32,
-        relative: [f32x4; 3],
-        shift: &[f32x4; 3],
-        steps: u32,
-    ) {
-        let mut number = head >> 1;
-        loop {
-            let page = &layer.pages[number as usize];
-            let mut slots = self.within_reach(relative, shift, page, steps);
-            while slots != 0 {
-                let occupant = page.occupants.to_array()[slots.trailing_zeros() as usize & 3];
-                slots &= slots - 1;
-                self.consider(layer.sphere_of(occupant));
-            }
-            if head & 1 == 0 {
-                return;
-            }
-            number = layer.next[number as usize];
-            if number == NONE {
-                return;
-            }
-        }
+    fn in_the_way(&self, page: &Page, [first, second]: [f32x4; 2], advance: f32x4, nearest: f32) -> u32 {
+        let coordinates = [page.x, page.y, page.z];
+        let [one, other] = Self::ACROSS.map(|axis| coordinates[axis]);
+        let (a, b) = (first - one, second - other);
+        let room = f32x4::splat(1.0 + ROUNDING) - a * a - b * b;
+        let ahead = self.sign * (coordinates[AXIS] - self.along) + advance;
+        let beyond = (ahead - f32x4::splat(nearest)).fast_max(f32x4::ZERO);
+        (room.simd_gt(beyond * beyond) & ahead.simd_gt(f32x4::splat(-ROUNDING))).to_bitmask()
     }
 }
 
 impl Configuration {
-    /// The first sphere that `sphere` touches on its way along `axis` (`forward` or
-    /// backward) within `limit`, if there is one.
+    /// The first sphere that `sphere` touches on its way along `axis` (`forward` or backward) within
+    /// `limit`, if there is one.
     ///
     /// Spheres touch at a distance that exceeds one diameter by a few roundings of the largest coordinate,
     /// so that no move to a contact makes an overlap. Along a periodic axis `limit` must not exceed half
@@ -134,84 +80,163 @@ impl Configuration {
         forward: bool,
         limit: f64,
     ) -> Option<Contact> {
-        let place = self.places[sphere];
-        let position = self.position(sphere);
         // The scene limits the number of spheres to u32.
         #[allow(clippy::cast_possible_truncation)]
         let moving = sphere as u32;
-        let mut search = Search {
-            moving,
-            own: u32x4::splat(self.layers[place.layer as usize].occupant(place.index)),
-            position,
-            axis,
-            forward,
-            contact: self.grid.contact,
-            widths: self.grid.widths,
-            nearest: limit,
-            found: u32::MAX,
-            separation: f64::NAN,
-        };
-        let grid = &self.grid;
-        let spot = grid.spot(position);
-        let mut at = [spot.layer as usize, spot.y as usize, spot.z as usize];
-        let mut relative = grid.relative(&spot, position).map(f32x4::splat);
-        // From the position to the near side of the plane of cells, less what a sphere there reaches out.
-        let side = grid.sides[axis];
-        let within = position[axis] - at[axis] as f64 * side;
-        let mut reach = if forward { -within } else { within - side } - 1.0 - 1e-9;
-        for steps in 0.. {
-            self.consider_plane(&mut search, &spot, at, relative, steps);
-            reach += side;
-            if reach > search.nearest {
-                break;
-            }
-            let last = grid.cells[axis] - 1;
-            at[axis] = match (axis, forward) {
-                (0, true) if at[0] == last => break,
-                (0, false) if at[0] == 0 => break,
-                (_, true) if at[axis] == last => 0,
-                (_, true) => at[axis] + 1,
-                (_, false) if at[axis] == 0 => last,
-                (_, false) => at[axis] - 1,
-            };
-            if axis == 0 {
-                // Elsewhere the same may stand for another.
-                search.own = u32x4::splat(NOBODY);
-            }
-            let gone = f64::from(steps + 1) * side;
-            #[allow(clippy::cast_possible_truncation)]
-            let relative_along = if forward { within - gone } else { within + gone } as f32;
-            relative[axis] = f32x4::splat(relative_along);
+        let position = self.position(sphere);
+        let way = Way { moving, position, spot: self.grid.spot(position), forward, limit };
+        // Compiled once for each axis.
+        match axis {
+            0 => self.first_contact_along::<0>(&way),
+            1 => self.first_contact_along::<1>(&way),
+            _ => self.first_contact_along::<2>(&way),
         }
-        (search.found != u32::MAX).then_some(Contact {
-            distance: search.nearest,
-            sphere: search.found as usize,
-            separation: search.separation,
-        })
     }
 
-    /// The spheres of the cell at `at` and of those around it across the axis of motion.
     #[inline]
-    fn consider_plane(
-        &self,
-        search: &mut Search,
-        start: &Spot,
-        at: [usize; 3],
-        relative: [f32x4; 3],
-        steps: u32,
-    ) {
-        let Some(layers) = self.layers.get(at[0]..at[0] + 3) else { return };
-        let cell = self.grid.cell(at[1], at[2]);
-        let nearby = |layer: usize| u32::from(layers[layer].nearby[cell]) << (9 * layer);
-        let occupied = if search.axis == 0 { nearby(1) } else { nearby(0) | nearby(1) | nearby(2) };
-        let mut cells = occupied & self.grid.across(start, search.axis);
-        while cells != 0 {
-            let neighbour = &self.grid.neighbours[cells.trailing_zeros() as usize & 31];
-            cells &= cells - 1;
-            let layer = &layers[neighbour.layer];
-            let head = layer.heads[cell.wrapping_add(neighbour.cell)];
-            search.consider_cell(layer, head, relative, &neighbour.shift, steps);
+    fn first_contact_along<const AXIS: usize>(&self, way: &Way) -> Option<Contact> {
+        let relative = self.grid.relative(&way.spot, way.position);
+        // Single precision is meant.
+        #[allow(clippy::cast_possible_truncation)]
+        let sides = self.grid.sides.map(|side| side as f32);
+        let outlook = Outlook::<AXIS> {
+            across: Outlook::<AXIS>::ACROSS
+                .map(|axis| [relative[axis] + sides[axis], relative[axis], relative[axis] - sides[axis]]),
+            along: f32x4::splat(relative[AXIS]),
+            sign: f32x4::splat(if way.forward { 1.0 } else { -1.0 }),
+            side: sides[AXIS],
+        };
+        let mut nearest = Contact { distance: way.limit, sphere: NOBODY as usize, separation: f64::NAN };
+        self.look_along::<AXIS>(way, &mut nearest, |nearest, plane, cell, offsets| {
+            let across = [0, 1].map(|side| f32x4::splat(outlook.across[side][offsets[side]]));
+            let advance = f32x4::splat(outlook.side * plane.step as f32);
+            let head = plane.layer.heads[cell];
+            let mut link = head >> 1;
+            loop {
+                let page = &plane.layer.pages[link as usize];
+                // Single precision is meant.
+                #[allow(clippy::cast_possible_truncation)]
+                let reach = nearest.distance as f32 + ROUNDING;
+                let mut near = outlook.in_the_way(page, across, advance, reach);
+                while near != 0 {
+                    let occupant = page.occupants.to_array()[near.trailing_zeros() as usize & 3];
+                    near &= near - 1;
+                    if let Some(contact) = self.contact::<AXIS>(way, plane.layer.sphere_of(occupant))
+                        && contact.distance < nearest.distance
+                    {
+                        *nearest = contact;
+                    }
+                }
+                if head & 1 == 0 {
+                    return;
+                }
+                link = plane.layer.next[link as usize];
+                if link == NONE {
+                    return;
+                }
+            }
+        });
+        (nearest.sphere != NOBODY as usize).then_some(nearest)
+    }
+
+    /// How another sphere blocks the way, if it does.
+    #[inline]
+    fn contact<const AXIS: usize>(&self, way: &Way, other: &Sphere) -> Option<Contact> {
+        let [a, b] = Outlook::<AXIS>::ACROSS.map(|axis| {
+            let distance = (way.position[axis] - other.position[axis]).abs();
+            if axis == 0 { distance } else { distance.min(self.grid.widths[axis - 1] - distance) }
+        });
+        let room = self.grid.contact - a * a - b * b;
+        let along = other.position[AXIS] - way.position[AXIS];
+        let ahead = if way.forward { along } else { -along };
+        // What is behind along a periodic axis is ahead as well.
+        let ahead = if AXIS == 0 || ahead >= 0.0 { ahead } else { ahead + self.grid.widths[AXIS - 1] };
+        if room <= 0.0 || ahead <= 0.0 || other.number == way.moving {
+            return None;
         }
+        // A pair that already touches to rounding passes the motion on at once.
+        let distance = (ahead - room.sqrt()).max(0.0);
+        Some(Contact { distance, sphere: other.number as usize, separation: ahead - distance })
+    }
+
+    /// Shows the occupied cells along the way to `enter`, plane by plane, as far as the nearest contact.
+    #[inline]
+    fn look_along<'a, const AXIS: usize>(
+        &'a self,
+        way: &Way,
+        nearest: &mut Contact,
+        mut enter: impl FnMut(&mut Contact, Plane<'a>, usize, [usize; 2]),
+    ) {
+        let mut along = [way.spot.layer, way.spot.y, way.spot.z][AXIS] as usize;
+        let (cells, side) = (self.grid.cells[AXIS], self.grid.sides[AXIS]);
+        // From the position to the near side of the next cells, less what a sphere there reaches out.
+        let within = way.position[AXIS] - along as f64 * side;
+        let mut reach = if way.forward { side - within } else { within } - 1.0 - 1e-9;
+        let mut step = 0;
+        loop {
+            self.look_across::<AXIS>(&way.spot, along, step, |plane, cell, offsets| {
+                enter(nearest, plane, cell, offsets);
+            });
+            if reach > nearest.distance {
+                return;
+            }
+            reach += side;
+            step += 1;
+            let at_end = if way.forward { along + 1 == cells } else { along == 0 };
+            along = match (at_end, way.forward) {
+                (true, _) if AXIS == 0 => return,
+                (true, true) => 0,
+                (true, false) => cells - 1,
+                (false, true) => along + 1,
+                (false, false) => along - 1,
+            };
+        }
+    }
+
+    /// The occupied cells among the nine around the start across the way, at one index along it.
+    #[inline]
+    fn look_across<'a, const AXIS: usize>(
+        &'a self,
+        spot: &Spot,
+        along: usize,
+        step: u32,
+        mut enter: impl FnMut(Plane<'a>, usize, [usize; 2]),
+    ) {
+        let plane = |number: usize| Plane { layer: &self.layers[number], step };
+        if AXIS == 0 {
+            // The first layer is what is beyond the wall.
+            let plane = plane(along + 1);
+            let cell = spot.cell as usize;
+            each(plane.layer.nearby[cell], |bit| {
+                let neighbour = cell.wrapping_add(self.grid.neighbours[bit].cell);
+                enter(plane, neighbour, [bit / 3, bit % 3]);
+            });
+            return;
+        }
+        // Of the nine cells around one in the same layer, those that lie across.
+        let (cell, in_plane) = if AXIS == 1 {
+            (self.grid.cell(along, spot.z as usize), 0b000_111_000)
+        } else {
+            (self.grid.cell(spot.y as usize, along), 0b010_010_010)
+        };
+        for height in 0..3 {
+            // A layer beyond a wall has no cells.
+            let plane = plane(spot.layer as usize + height);
+            let nearby = plane.layer.nearby.get(cell).copied().unwrap_or(0);
+            each(nearby & in_plane, |bit| {
+                let neighbour = cell.wrapping_add(self.grid.neighbours[bit].cell);
+                enter(plane, neighbour, [height, if AXIS == 1 { bit % 3 } else { bit / 3 }]);
+            });
+        }
+    }
+}
+
+/// Calls `visit` with the number of each bit that is set.
+#[inline]
+fn each(mut bits: u16, mut visit: impl FnMut(usize)) {
+    while bits != 0 {
+        visit(bits.trailing_zeros() as usize);
+        bits &= bits - 1;
     }
 }
 

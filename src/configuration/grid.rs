@@ -89,13 +89,25 @@ impl Grid {
         let neighbours = Box::new(std::array::from_fn(|bit| {
             let offsets = [bit / 9, bit / 3 % 3, bit % 3];
             #[allow(clippy::cast_possible_truncation)]
-            let shift = [0, 1, 2].map(|axis| f32x4::splat((offsets[axis] as f64 - 1.0) as f32 * sides[axis] as f32));
+            let shift =
+                [0, 1, 2].map(|axis| f32x4::splat((offsets[axis] as f64 - 1.0) as f32 * sides[axis] as f32));
             let cell = (offsets[1] * row + offsets[2]).wrapping_sub(row + 1);
             Neighbour { shift, cell, layer: offsets[0].min(2) }
         }));
         #[allow(clippy::cast_possible_truncation)]
         let (row, last_parts) = (row as u32, cells.map(|cells| (PARTS * cells - 1) as u32));
-        Self { cells, sides, inverse_parts, last_parts, row, widths, neighbours, reach: cells_in_reach(sides), beside: cells_beside(sides), contact }
+        Self {
+            cells,
+            sides,
+            inverse_parts,
+            last_parts,
+            row,
+            widths,
+            neighbours,
+            reach: cells_in_reach(sides),
+            beside: cells_beside(sides),
+            contact,
+        }
     }
 
     /// Size of the table of cells in a layer.
@@ -158,7 +170,8 @@ impl Grid {
     /// Whether a neighbour of the cell is in the margin, or the cell is repeated there.
     #[inline]
     pub(super) fn at_edge(&self, spot: &Spot) -> bool {
-        (spot.y.wrapping_sub(1) as usize >= self.cells[1] - 2) | (spot.z.wrapping_sub(1) as usize >= self.cells[2] - 2)
+        (spot.y.wrapping_sub(1) as usize >= self.cells[1] - 2)
+            | (spot.z.wrapping_sub(1) as usize >= self.cells[2] - 2)
     }
 
     /// Squared distance in double precision: what decides.
@@ -178,11 +191,7 @@ impl Grid {
 /// The cells before, at and after `index` along a periodic axis.
 #[inline]
 pub(super) fn periodic_neighbours(index: usize, cells: usize) -> [usize; 3] {
-    [
-        if index == 0 { cells - 1 } else { index - 1 },
-        index,
-        if index + 1 == cells { 0 } else { index + 1 },
-    ]
+    [if index == 0 { cells - 1 } else { index - 1 }, index, if index + 1 == cells { 0 } else { index + 1 }]
 }
 
 /// Far above the rounding of coordinates.
@@ -206,8 +215,10 @@ fn offset(bit: usize, axis: usize) -> usize {
 fn cells_in_reach(sides: [f64; 3]) -> Vec<u64> {
     let mut reach = Vec::with_capacity(PARTS * PARTS * PARTS * 8);
     for part in 0..PARTS * PARTS * PARTS {
-        let squared = |bit: usize| (0..3).map(|axis| gap(sides, part, bit, axis)).map(|gap| gap * gap).sum::<f64>();
-        let within: u64 = (0..NEIGHBOURS).filter(|&bit| squared(bit) < 1.0 + MARGIN).map(|bit| 1 << bit).sum();
+        let squared =
+            |bit: usize| (0..3).map(|axis| gap(sides, part, bit, axis)).map(|gap| gap * gap).sum::<f64>();
+        let within: u64 =
+            (0..NEIGHBOURS).filter(|&bit| squared(bit) < 1.0 + MARGIN).map(|bit| 1 << bit).sum();
         for octant in 0..8 {
             let first = likeliest(sides, part, octant) & within;
             reach.push(first | (within & !first) << 32);
@@ -245,7 +256,14 @@ fn likeliest(sides: [f64; 3], part: usize, octant: usize) -> u64 {
         for axis in 0..3 {
             let along = direction[axis] / length;
             let to = (parts[axis] as f64 + 0.5) / PARTS as f64 + 0.95 * along / sides[axis];
-            bit = 3 * bit + if to < 0.0 { 0 } else if to < 1.0 { 1 } else { 2 };
+            bit = 3 * bit
+                + if to < 0.0 {
+                    0
+                } else if to < 1.0 {
+                    1
+                } else {
+                    2
+                };
             ahead += if octant >> axis & 1 == 1 { along } else { -along };
         }
         // Points of the grid on the faces of a cube to points on the sphere.

@@ -225,7 +225,13 @@ impl Layer {
         if grid.at_edge(spot) {
             let images = |index: usize, cells: usize| {
                 // Counted with the margin.
-                let image = if index == 0 { cells + 1 } else if index + 1 == cells { 0 } else { index + 1 };
+                let image = if index == 0 {
+                    cells + 1
+                } else if index + 1 == cells {
+                    0
+                } else {
+                    index + 1
+                };
                 [index + 1, image]
             };
             for y in images(spot.y as usize, grid.cells[1]) {

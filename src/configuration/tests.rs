@@ -65,7 +65,11 @@ fn assert_consistent(configuration: &Configuration, positions: &[[f64; 3]]) {
                         assert_eq!(sphere.position.map(f64::to_bits), truth.map(f64::to_bits));
                         assert_eq!(sphere.cell as usize, cell);
                         let spot = grid.spot(truth);
-                        assert_eq!((spot.layer as usize + 1, spot.cell as usize), (number, cell), "{truth:?}");
+                        assert_eq!(
+                            (spot.layer as usize + 1, spot.cell as usize),
+                            (number, cell),
+                            "{truth:?}"
+                        );
                         let place = places[sphere.number as usize];
                         assert_eq!((place.layer as usize, place.index), (number, index));
                         let seen = [content.x, content.y, content.z].map(|along| along.to_array()[slot]);
@@ -361,13 +365,14 @@ fn cells_are_wide_enough_at_their_rounded_edges() {
         for excess in [0.0, 1e-15, 1e-14, 1e-13, 1e-12, 3e-12, 1e-11, 3e-11, 1e-10, 1e-9, 1e-8] {
             let height = integer * (1.0 + excess);
             let grid = Grid::new(&slab([height, 3.0, 3.0]));
+            let layer_of = |height: f64| grid.spot([height, 0.0, 0.0]).layer as usize;
             // The lowest height that belongs to a cell.
             let lowest_of = |cell: usize| {
                 let mut edge = cell as f64 * grid.sides[0];
-                while grid.coordinate(0, edge) >= cell {
+                while layer_of(edge) >= cell {
                     edge = edge.next_down();
                 }
-                while grid.coordinate(0, edge) < cell {
+                while layer_of(edge) < cell {
                     edge = edge.next_up();
                 }
                 edge

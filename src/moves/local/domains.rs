@@ -121,9 +121,11 @@ mod tests {
 
     #[test]
     fn domains_tile_the_box_and_cuts_go_everywhere() {
-        for (extents, particles, size) in
-            [([60.0, 12.0, 12.0], 5000, 0.12), ([300.0, 25.0, 25.0], 20_000, 0.75), ([40.0, 90.0, 70.0], 90_000, 0.2)]
-        {
+        for (extents, particles, size) in [
+            ([60.0, 12.0, 12.0], 5000, 0.12),
+            ([300.0, 25.0, 25.0], 20_000, 0.75),
+            ([40.0, 90.0, 70.0], 90_000, 0.2),
+        ] {
             let grid = Grid::new(&Slab::new(extents[0], extents[1], extents[2]).unwrap());
             let mut domains = Domains::default();
             let mut generator = Generator::seed_from_u64(1);

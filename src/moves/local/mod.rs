@@ -217,7 +217,8 @@ fn sweep_color(
     }
     let (mut rest, mut taken) = (layers, 0);
     let mut tasks = Vec::with_capacity(slabs / 2 + 1);
-    let every_other = outcomes.iter_mut().zip(scratch.iter_mut()).enumerate().take(slabs).skip(color).step_by(2);
+    let every_other =
+        outcomes.iter_mut().zip(scratch.iter_mut()).enumerate().take(slabs).skip(color).step_by(2);
     for (slab, (outcome, scratch)) in every_other {
         // The slab between two of one color is at least two layers thick, and each looks at one.
         let range = layers_of(domains, slab);

@@ -2,11 +2,11 @@
 
 use super::LocalMoves;
 use super::domains::Stretch;
+use crate::Scene;
 use crate::configuration::{Grid, Layer, NOBODY, Probe, neighbours_of, wrap};
 use crate::drive::{Drive, log_acceptance};
 use crate::observer::AcceptedMove;
 use crate::random::{Generator, index, unit};
-use crate::Scene;
 use nalgebra::Vector3;
 use rand::Rng;
 use wide::f32x8;
@@ -194,7 +194,9 @@ impl Slice<'_> {
         }
         if EARLY > 0 {
             for trial in trials.iter_mut() {
-                trial.refused |= trial.probe.overlaps_early::<EARLY>(grid, neighbours_of(self.layers, trial.local as usize));
+                trial.refused |= trial
+                    .probe
+                    .overlaps_early::<EARLY>(grid, neighbours_of(self.layers, trial.local as usize));
             }
         }
     }

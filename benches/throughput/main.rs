@@ -1,16 +1,26 @@
-//! Trial moves per CPU second on one core: `cargo bench --bench throughput`.
+//! Trial moves and chain events per CPU second: `cargo bench --bench throughput`; with
+//! `--features rayon`, also what a second thread gains; with `-- --largest 10000000`, up to ten million spheres.
 //!
 //! Two homogeneous scenes without gravity bound what a column contains: a dense fluid (packing
 //! fraction 0.45, S = 0.12), where overlap tests dominate, and the paper's dilute start (n = 0.1,
 //! S = 0.75), where memory does. In each, three programs take turns: the paper's algorithm written
 //! plainly, the library, and the library with a drive specialised by hand, which shows what being
-//! generic costs. Ratios are medians over turns, in CPU time of this thread: absolute figures drift
+//! generic costs. Ratios are medians over turns, in CPU time: absolute figures drift
 //! on a busy machine.
 
 #![allow(clippy::print_stdout)]
 
+#[path = "../../examples/common/mod.rs"]
+mod common;
+#[path = "../plain/mod.rs"]
 mod plain;
 
+mod packing;
+mod sizes;
+mod threads;
+
+use clap::Parser;
+use common::Failure;
 use gradient_mc::drive::{Drive, Scheme};
 use gradient_mc::field::UniformField;
 use gradient_mc::start::Positions;
@@ -18,6 +28,7 @@ use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Error, Scene, Simulation, Slab};
 use plain::PlainColumn;
 use rustix::time::{ClockId, clock_gettime};
+use std::path::PathBuf;
 
 const PARTICLES: usize = 25_000;
 const TURNS: usize = 15;
@@ -25,9 +36,9 @@ const SWEEPS: u64 = 40;
 const WIDTH: f64 = 25.0;
 const TEMPERATURE: f64 = 20.0;
 
-/// CPU seconds of this thread.
+/// CPU seconds of this process: the threads that may share a sweep are counted, others sleep.
 fn cpu_seconds() -> f64 {
-    let time = clock_gettime(ClockId::ThreadCPUTime);
+    let time = clock_gettime(ClockId::ProcessCPUTime);
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
@@ -94,7 +105,38 @@ fn compare(name: &str, number_density: f64, displacement: f64) -> Result<(), Err
     Ok(())
 }
 
-fn main() -> Result<(), Error> {
-    compare("dense: packing fraction 0.45, S = 0.12", 0.45 * 6.0 / std::f64::consts::PI, 0.12)?;
-    compare("dilute: n = 0.1, S = 0.75", 0.1, 0.75)
+#[derive(Parser, Debug)]
+struct Arguments {
+    /// Spheres of the largest system
+    #[arg(long, default_value_t = 1_000_000)]
+    largest: usize,
+    /// Only the parts whose names contain this: peers, packing, sizes, threads
+    #[arg(default_value = "")]
+    part: String,
+    /// Directory for the picture
+    #[arg(long, default_value = "out/throughput")]
+    out: PathBuf,
+    /// What cargo adds
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+fn main() -> Result<(), Failure> {
+    let arguments = Arguments::parse();
+    let wanted = |part: &str| part.contains(&arguments.part);
+    if wanted("peers") {
+        compare("dense: packing fraction 0.45, S = 0.12", 0.45 * 6.0 / std::f64::consts::PI, 0.12)?;
+        compare("dilute: n = 0.1, S = 0.75", 0.1, 0.75)?;
+    }
+    if wanted("packing") {
+        packing::run()?;
+    }
+    if wanted("threads") {
+        threads::run()?;
+    }
+    if wanted("sizes") {
+        common::output::create_directory(&arguments.out)?;
+        sizes::run(arguments.largest, &arguments.out)?;
+    }
+    Ok(())
 }

@@ -1,8 +1,8 @@
 //! The first sphere that a sphere meets when it moves straight along an axis.
 
 use super::Configuration;
-use super::layer::{Layer, NONE, Sphere};
 use super::grid::Spot;
+use super::layer::{Layer, NONE, Sphere};
 use super::page::{NOBODY, Page};
 use wide::{f32x4, u32x4};
 

@@ -181,12 +181,7 @@ impl Histogram {
         self.weights.fill(0.0);
     }
 
-    pub(super) fn add<F: Field, T>(
-        &mut self,
-        mapping: &Mapping,
-        scene: &Scene<F, T>,
-        centers: Centers<'_>,
-    ) {
+    pub(super) fn add<F: Field, T>(&mut self, mapping: &Mapping, scene: &Scene<F, T>, centers: Centers<'_>) {
         self.configurations += 1;
         centers.for_each_height(|height| {
             let bin = mapping.bin(height);

@@ -181,12 +181,7 @@ impl<F: Field, T: TemperatureProfile> Drive<F, T> for SelfConsistentDrive {
         self.generation
     }
 
-    fn after_sweep(
-        &mut self,
-        scene: &Scene<F, T>,
-        centers: Centers<'_>,
-        phase: Phase,
-    ) -> Result<(), Error> {
+    fn after_sweep(&mut self, scene: &Scene<F, T>, centers: Centers<'_>, phase: Phase) -> Result<(), Error> {
         if phase == Phase::Production {
             return Ok(());
         }

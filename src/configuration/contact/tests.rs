@@ -195,7 +195,10 @@ fn place(extents: [f64; 3], additions: &[Addition]) -> Vec<[f64; 3]> {
             }
             Addition::Touching { .. } => continue,
         };
-        if position[0] >= 0.5 && position[0] <= extents[0] - 0.5 && configuration.overlapping(position).is_none() {
+        if position[0] >= 0.5
+            && position[0] <= extents[0] - 0.5
+            && configuration.overlapping(position).is_none()
+        {
             configuration.push(position);
             positions.push(position);
         }
@@ -234,7 +237,8 @@ fn touching_rows_pass_the_motion_on_at_once() {
         for axis in [1, 2] {
             let positions = row(axis);
             check_all(extents, &positions);
-            let mut configuration = Configuration::empty(Slab::new(extents[0], extents[1], extents[2]).unwrap());
+            let mut configuration =
+                Configuration::empty(Slab::new(extents[0], extents[1], extents[2]).unwrap());
             for &position in &positions {
                 configuration.push(position);
             }

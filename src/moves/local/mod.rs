@@ -1,5 +1,6 @@
 //! Local trial moves: one sphere, a small uniform displacement, Metropolis acceptance.
 
+mod batch;
 mod domains;
 mod visit;
 
@@ -8,7 +9,7 @@ use crate::configuration::Layer;
 use crate::drive::Drive;
 use crate::random::Generator;
 use crate::{Error, Field, Slab, TemperatureProfile};
-use domains::Domains;
+use domains::{Domains, Sizes};
 use rand::{Rng, SeedableRng};
 use visit::{Common, Outcome, Scratch, Slice};
 
@@ -118,7 +119,7 @@ pub(crate) struct Engine {
 
 impl Engine {
     pub(in crate::moves) fn new(moves: LocalMoves) -> Self {
-        Self { moves, domains: Domains::default(), outcomes: Vec::new(), scratch: Vec::new() }
+        Self { moves, domains: Domains::new(Sizes::GOOD), outcomes: Vec::new(), scratch: Vec::new() }
     }
 
     /// One sweep: as many trials as there are spheres.
@@ -217,7 +218,8 @@ fn sweep_color(
     }
     let (mut rest, mut taken) = (layers, 0);
     let mut tasks = Vec::with_capacity(slabs / 2 + 1);
-    let every_other = outcomes.iter_mut().zip(scratch.iter_mut()).enumerate().take(slabs).skip(color).step_by(2);
+    let every_other =
+        outcomes.iter_mut().zip(scratch.iter_mut()).enumerate().take(slabs).skip(color).step_by(2);
     for (slab, (outcome, scratch)) in every_other {
         // The slab between two of one color is at least two layers thick, and each looks at one.
         let range = layers_of(domains, slab);
@@ -247,3 +249,6 @@ fn derived(keys: [u64; 2], [slab, tile]: [usize; 2]) -> Generator {
     seed[8..].copy_from_slice(&state[1].to_le_bytes());
     Generator::from_seed(seed)
 }
+
+#[cfg(test)]
+mod tests;

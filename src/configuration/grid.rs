@@ -38,6 +38,8 @@ pub(crate) struct Grid {
     last_parts: [u32; 3],
     /// Length of a row in the table of cells in a layer.
     row: u32,
+    /// Which cells of a layer have neighbours in the margin.
+    edges: Box<[bool]>,
     /// Periodic widths along y, z.
     pub(crate) widths: [f64; 2],
     /// Boxed, so that nothing else has to be aligned to a line of the cache.
@@ -45,9 +47,6 @@ pub(crate) struct Grid {
     /// For each part of a cell and each octant, the cells that come within one diameter of the part: in
     /// the low half the likeliest to be run into by a sphere that comes there in the direction of the octant, in the high half the others.
     reach: Vec<u64>,
-    /// For each axis and part of a cell, the cells beside it that come within one diameter of the line
-    /// along the axis.
-    beside: Vec<[u32; 3]>,
     /// Squared distance at which a sphere that moves straight touches another.
     pub(super) contact: f64,
 }
@@ -60,7 +59,17 @@ pub(crate) struct Spot {
     pub(crate) z: u32,
     /// Index of the cell in its layer.
     pub(crate) cell: u32,
-    part: u32,
+    pub(crate) part: u32,
+}
+
+/// Where a sphere goes in a layer.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Site {
+    pub(crate) position: [f64; 3],
+    /// Relative to the cell.
+    pub(crate) relative: [f32; 3],
+    /// Index of the cell in the layer.
+    pub(crate) cell: u32,
 }
 
 /// Number of cells that divide `extent` into sides of at least one diameter and less than 1.5.
@@ -86,6 +95,10 @@ impl Grid {
         // Two coordinates differ by a few roundings of the largest, and a square by twice as many.
         let contact = 1.0 + 1e-14 + 32.0 * f64::EPSILON * extents.into_iter().fold(1.0, f64::max);
         let row = cells[2] + 2;
+        let edge = |index: usize, cells: usize| index <= 1 || index >= cells;
+        let edges = (0..(cells[1] + 2) * row)
+            .map(|cell| edge(cell / row, cells[1]) || edge(cell % row, cells[2]))
+            .collect();
         let neighbours = Box::new(std::array::from_fn(|bit| {
             let offsets = [bit / 9, bit / 3 % 3, bit % 3];
             #[allow(clippy::cast_possible_truncation)]
@@ -102,10 +115,10 @@ impl Grid {
             inverse_parts,
             last_parts,
             row,
+            edges,
             widths,
             neighbours,
             reach: cells_in_reach(sides),
-            beside: cells_beside(sides),
             contact,
         }
     }
@@ -136,6 +149,8 @@ impl Grid {
     #[inline]
     pub(crate) fn spot(&self, position: [f64; 3]) -> Spot {
         let [x, y, z] = [0, 1, 2].map(|axis| self.part(axis, position[axis]));
+        // A small constant.
+        #[allow(clippy::cast_possible_truncation)]
         let parts = PARTS as u32;
         let part = (x % parts * parts + y % parts) * parts + z % parts;
         let [layer, y, z] = [x / parts, y / parts, z / parts];
@@ -146,7 +161,7 @@ impl Grid {
     #[inline]
     // Single precision is meant: see `Page`.
     #[allow(clippy::cast_possible_truncation)]
-    pub(super) fn relative(&self, spot: &Spot, position: [f64; 3]) -> [f32; 3] {
+    pub(crate) fn relative(&self, spot: &Spot, position: [f64; 3]) -> [f32; 3] {
         // Cells along an axis fit an i32, from which conversion is quicker.
         let corner = |axis: usize, cell: u32| f64::from(cell.cast_signed()) * self.sides[axis];
         [
@@ -157,21 +172,49 @@ impl Grid {
     }
 
     #[inline]
-    pub(super) fn in_reach(&self, spot: &Spot, octant: usize) -> u64 {
-        self.reach[spot.part as usize * 8 + octant]
+    pub(crate) fn site(&self, spot: &Spot, position: [f64; 3]) -> Site {
+        Site { position, relative: self.relative(spot, position), cell: spot.cell }
     }
 
-    /// Cells, of those that lie across an axis from that of a spot, which a sphere moving along it may meet.
     #[inline]
-    pub(super) fn across(&self, spot: &Spot, axis: usize) -> u32 {
-        self.beside[spot.part as usize][axis]
+    pub(super) fn in_reach(&self, part: u32, octant: usize) -> u64 {
+        self.reach[part as usize * 8 + octant]
     }
 
-    /// Whether a neighbour of the cell is in the margin, or the cell is repeated there.
+    /// Length of a row in the table of cells in a layer.
     #[inline]
-    pub(super) fn at_edge(&self, spot: &Spot) -> bool {
-        (spot.y.wrapping_sub(1) as usize >= self.cells[1] - 2)
-            | (spot.z.wrapping_sub(1) as usize >= self.cells[2] - 2)
+    pub(super) fn row(&self) -> usize {
+        self.row as usize
+    }
+
+    /// Whether a neighbour of a cell is in the margin, where the cell may be repeated.
+    #[inline]
+    pub(super) fn at_edge(&self, cell: usize) -> bool {
+        self.edges[cell]
+    }
+
+    /// Where a cell is repeated in the margin, and the cell itself.
+    #[cold]
+    pub(super) fn images(&self, cell: usize) -> [usize; 4] {
+        let image = |index: usize, cells: usize| match index {
+            1 => cells + 1,
+            _ if index == cells => 0,
+            _ => index,
+        };
+        let (y, z) = (cell / self.row(), cell % self.row());
+        let (rows, columns) = ([y, image(y, self.cells[1])], [z, image(z, self.cells[2])]);
+        [0, 1, 2, 3].map(|corner| rows[corner / 2] * self.row() + columns[corner % 2])
+    }
+
+    /// The nine cells around and including one; not those in the margin, but the ones repeated there.
+    #[cold]
+    pub(super) fn repeated_neighbours(&self, cell: usize) -> [usize; 9] {
+        let around = |index: usize, cells: usize| {
+            [if index == 1 { cells } else { index - 1 }, index, if index == cells { 1 } else { index + 1 }]
+        };
+        let rows = around(cell / self.row(), self.cells[1]);
+        let columns = around(cell % self.row(), self.cells[2]);
+        std::array::from_fn(|neighbour| rows[neighbour / 3] * self.row() + columns[neighbour % 3])
     }
 
     /// Squared distance in double precision: what decides.
@@ -186,12 +229,6 @@ impl Grid {
         let (dy, dz) = (dy.min(self.widths[0] - dy), dz.min(self.widths[1] - dz));
         dx * dx + dy * dy + dz * dz
     }
-}
-
-/// The cells before, at and after `index` along a periodic axis.
-#[inline]
-pub(super) fn periodic_neighbours(index: usize, cells: usize) -> [usize; 3] {
-    [if index == 0 { cells - 1 } else { index - 1 }, index, if index + 1 == cells { 0 } else { index + 1 }]
 }
 
 /// Far above the rounding of coordinates.
@@ -225,18 +262,6 @@ fn cells_in_reach(sides: [f64; 3]) -> Vec<u64> {
         }
     }
     reach
-}
-
-fn cells_beside(sides: [f64; 3]) -> Vec<[u32; 3]> {
-    let beside = |part: usize, axis: usize| {
-        let squared = |bit: usize| {
-            let across = [(axis + 1) % 3, (axis + 2) % 3];
-            across.map(|axis| gap(sides, part, bit, axis)).map(|gap| gap * gap).iter().sum::<f64>()
-        };
-        let within = |&bit: &usize| offset(bit, axis) == 1 && squared(bit) < 1.0 + MARGIN;
-        (0..NEIGHBOURS).filter(within).map(|bit| 1 << bit).sum()
-    };
-    (0..PARTS * PARTS * PARTS).map(|part| [0, 1, 2].map(|axis| beside(part, axis))).collect()
 }
 
 /// The cells that hold most of the places, just within one diameter of the middle of a part, that a

@@ -1,6 +1,6 @@
 //! One layer of cells and the spheres in it.
 
-use super::grid::{Grid, Spot, periodic_neighbours};
+use super::grid::{Grid, Site};
 use super::page::{NOBODY, Page};
 
 /// Stands for "no page"; page 0 is never used.
@@ -19,11 +19,13 @@ pub(crate) struct Sphere {
 
 /// All cells with the same index along x.
 #[derive(Debug, Clone)]
+// A size that is a power of two: layers are indexed all the time.
+#[repr(align(128))]
 pub(crate) struct Layer {
     /// For each cell, which of the nine around and including it in this layer are occupied.
-    pub(super) nearby: Vec<u16>,
+    pub(super) nearby: Box<[u16]>,
     /// Twice the first page of each cell, plus one if others follow.
-    pub(super) heads: Vec<u32>,
+    pub(super) heads: Box<[u32]>,
     pub(super) pages: Vec<Page>,
     /// The page that follows each page.
     pub(super) next: Vec<u32>,
@@ -36,18 +38,6 @@ pub(crate) struct Layer {
 }
 
 impl Layer {
-    /// A layer without cells.
-    pub(super) const BEYOND: Self = Self {
-        nearby: Vec::new(),
-        heads: Vec::new(),
-        pages: Vec::new(),
-        next: Vec::new(),
-        spare_page: NONE,
-        spheres: Vec::new(),
-        gap: NOBODY,
-        tag: 0,
-    };
-
     /// An empty layer with room for `reserve` spheres.
     pub(super) fn new(cells: usize, reserve: usize, index: usize) -> Self {
         let mut pages = Vec::with_capacity(reserve + 1);
@@ -55,8 +45,8 @@ impl Layer {
         pages.push(Page::EMPTY);
         next.push(NONE);
         Self {
-            nearby: vec![0; cells],
-            heads: vec![NONE; cells],
+            nearby: vec![0; cells].into(),
+            heads: vec![NONE; cells].into(),
             pages,
             next,
             spare_page: NONE,
@@ -82,14 +72,12 @@ impl Layer {
 
     /// Adds a sphere, and returns its index.
     #[inline]
-    pub(crate) fn insert(&mut self, grid: &Grid, spot: &Spot, position: [f64; 3], number: u32) -> u32 {
-        let cell = spot.cell as usize;
-        // Cells of a layer and spheres fit a u32.
-        #[allow(clippy::cast_possible_truncation)]
-        let sphere = Sphere { position, number, cell: cell as u32 };
+    pub(crate) fn insert(&mut self, grid: &Grid, site: &Site, number: u32) -> u32 {
+        let sphere = Sphere { position: site.position, number, cell: site.cell };
         let index = self.gap;
         let index = if index == NOBODY {
             self.spheres.push(sphere);
+            // The scene limits the number of spheres to u32.
             #[allow(clippy::cast_possible_truncation)]
             let last = (self.spheres.len() - 1) as u32;
             last
@@ -99,109 +87,101 @@ impl Layer {
             *gap = sphere;
             index
         };
-        self.enter(grid, spot, index, position);
+        self.enter(grid, site, index);
         index
     }
 
-    /// Takes a sphere out.
+    /// Takes a sphere out, and returns its number.
     #[inline]
-    pub(crate) fn remove(&mut self, grid: &Grid, index: u32) -> Sphere {
-        let sphere = self.spheres[index as usize];
+    pub(crate) fn remove(&mut self, grid: &Grid, index: u32) -> u32 {
         self.leave(grid, index);
         let gap = &mut self.spheres[index as usize];
-        gap.number = NOBODY;
         gap.cell = self.gap;
         self.gap = index;
-        sphere
+        std::mem::replace(&mut gap.number, NOBODY)
     }
 
-    /// Moves a sphere to another position in the layer.
+    /// Moves a sphere to another site of the layer.
     #[inline]
-    pub(crate) fn shift(&mut self, grid: &Grid, index: u32, spot: &Spot, position: [f64; 3]) {
-        let cell = spot.cell as usize;
+    pub(crate) fn shift(&mut self, grid: &Grid, index: u32, site: &Site) {
         let sphere = &mut self.spheres[index as usize];
-        if sphere.cell as usize == cell {
-            sphere.position = position;
+        if sphere.cell == site.cell {
+            sphere.position = site.position;
             let occupant = self.occupant(index);
-            let relative = grid.relative(spot, position);
-            let mut link = self.heads[cell] >> 1;
-            while link != NONE {
-                let page = &mut self.pages[link as usize];
+            let mut number = self.heads[site.cell as usize] >> 1;
+            while number != NONE {
+                let page = &mut self.pages[number as usize];
                 if let Some(slot) = page.slot_of(occupant) {
-                    page.set(slot, occupant, relative);
+                    page.set(slot, occupant, site.relative);
                     return;
                 }
-                link = self.next[link as usize];
+                number = self.next[number as usize];
             }
         } else {
             self.leave(grid, index);
-            #[allow(clippy::cast_possible_truncation)]
-            let cell = cell as u32;
             let sphere = &mut self.spheres[index as usize];
-            (sphere.position, sphere.cell) = (position, cell);
-            self.enter(grid, spot, index, position);
+            (sphere.position, sphere.cell) = (site.position, site.cell);
+            self.enter(grid, site, index);
         }
     }
 
     /// Enters a sphere into the pages.
     #[inline]
-    fn enter(&mut self, grid: &Grid, spot: &Spot, index: u32, position: [f64; 3]) {
-        let cell = spot.cell as usize;
-        let relative = grid.relative(spot, position);
+    fn enter(&mut self, grid: &Grid, site: &Site, index: u32) {
         let occupant = self.occupant(index);
+        let cell = site.cell as usize;
         let head = self.heads[cell];
-        let mut link = head >> 1;
-        while link != NONE {
-            let page = &mut self.pages[link as usize];
+        let mut number = head >> 1;
+        while number != NONE {
+            let page = &mut self.pages[number as usize];
             if let Some(slot) = page.slot_of(NOBODY) {
-                page.set(slot, occupant, relative);
+                page.set(slot, occupant, site.relative);
                 return;
             }
-            link = self.next[link as usize];
+            number = self.next[number as usize];
         }
-        let number = self.spare_page;
-        let number = if number == NONE {
+        number = self.spare_page;
+        if number == NONE {
+            // There are no more pages than spheres, which fit a u32.
+            #[allow(clippy::cast_possible_truncation)]
+            let new = self.pages.len() as u32;
+            number = new;
             self.pages.push(Page::EMPTY);
             self.next.push(NONE);
-            #[allow(clippy::cast_possible_truncation)]
-            let last = (self.pages.len() - 1) as u32;
-            last
         } else {
             self.spare_page = self.next[number as usize];
-            number
-        };
-        self.pages[number as usize].set(0, occupant, relative);
+        }
+        self.pages[number as usize].set(0, occupant, site.relative);
         self.next[number as usize] = head >> 1;
-        self.set_head(grid, spot, number << 1 | u32::from(head != NONE));
+        self.set_head(grid, cell, number << 1 | u32::from(head != NONE));
         if head == NONE {
-            self.mark(grid, spot);
+            self.mark(grid, cell);
         }
     }
 
     /// Takes a sphere out of the pages.
     #[inline]
     fn leave(&mut self, grid: &Grid, index: u32) {
-        let cell = self.spheres[index as usize].cell as usize;
         let occupant = self.occupant(index);
+        let cell = self.spheres[index as usize].cell as usize;
         let mut before = NONE;
-        let mut link = self.heads[cell] >> 1;
-        while link != NONE {
-            let page = &mut self.pages[link as usize];
+        let mut number = self.heads[cell] >> 1;
+        while number != NONE {
+            let page = &mut self.pages[number as usize];
             if let Some(slot) = page.slot_of(occupant) {
                 page.clear(slot);
                 if page.is_empty() {
-                    self.unlink(grid, index, before, link);
+                    self.unlink(grid, cell, before, number);
                 }
                 return;
             }
-            (before, link) = (link, self.next[link as usize]);
+            (before, number) = (number, self.next[number as usize]);
         }
     }
 
-    /// Takes an empty page from the chain of the cell of sphere `index`, where it follows page `before`.
+    /// Takes an empty page from the chain of a cell, where it follows page `before`.
     #[inline]
-    fn unlink(&mut self, grid: &Grid, index: u32, before: u32, page: u32) {
-        let spot = grid.spot(self.spheres[index as usize].position);
+    fn unlink(&mut self, grid: &Grid, cell: usize, before: u32, page: u32) {
         let following = self.next[page as usize];
         self.next[page as usize] = self.spare_page;
         self.spare_page = page;
@@ -209,65 +189,42 @@ impl Layer {
             following
         } else {
             self.next[before as usize] = following;
-            self.heads[spot.cell as usize] >> 1
+            self.heads[cell] >> 1
         };
         // The page that stands for none is followed by none.
-        self.set_head(grid, &spot, first << 1 | u32::from(self.next[first as usize] != NONE));
+        self.set_head(grid, cell, first << 1 | u32::from(self.next[first as usize] != NONE));
         if first == NONE {
-            self.mark(grid, &spot);
+            self.mark(grid, cell);
         }
     }
 
     /// Sets the head of a cell, in the margin too.
     #[inline]
-    fn set_head(&mut self, grid: &Grid, spot: &Spot, head: u32) {
-        self.heads[spot.cell as usize] = head;
-        if grid.at_edge(spot) {
-            let images = |index: usize, cells: usize| {
-                // Counted with the margin.
-                let image = if index == 0 {
-                    cells + 1
-                } else if index + 1 == cells {
-                    0
-                } else {
-                    index + 1
-                };
-                [index + 1, image]
-            };
-            for y in images(spot.y as usize, grid.cells[1]) {
-                for z in images(spot.z as usize, grid.cells[2]) {
-                    self.heads[y * (grid.cells[2] + 2) + z] = head;
-                }
+    fn set_head(&mut self, grid: &Grid, cell: usize, head: u32) {
+        self.heads[cell] = head;
+        if grid.at_edge(cell) {
+            for image in grid.images(cell) {
+                self.heads[image] = head;
             }
         }
     }
 
     /// Notes around a cell that it is occupied, or that it is no longer.
     #[inline]
-    fn mark(&mut self, grid: &Grid, spot: &Spot) {
-        // Seen from there, the cell lies on the other side.
-        let row = grid.cells[2] + 2;
-        let (y, z) = (spot.y as usize, spot.z as usize);
-        let edge = grid.at_edge(spot);
-        let (rows, columns) = if edge {
-            (
-                periodic_neighbours(y, grid.cells[1]).map(|y| (y + 1) * row),
-                periodic_neighbours(z, grid.cells[2]).map(|z| z + 1),
-            )
+    fn mark(&mut self, grid: &Grid, cell: usize) {
+        // Seen from there, the cell lies on the other side: the last bit belongs to the first.
+        if grid.at_edge(cell) {
+            for (bit, neighbour) in grid.repeated_neighbours(cell).into_iter().enumerate() {
+                self.nearby[neighbour] ^= 1 << (8 - bit);
+            }
         } else {
-            ([y * row, (y + 1) * row, (y + 2) * row], [z, z + 1, z + 2])
-        };
-        let mut bit = 1_u16 << 8;
-        for first in rows {
-            if edge {
-                for column in columns {
-                    self.nearby[first + column] ^= bit;
-                    bit >>= 1;
-                }
-            } else {
-                for nearby in &mut self.nearby[first + columns[0]..first + columns[0] + 3] {
-                    *nearby ^= bit;
-                    bit >>= 1;
+            let row = grid.row();
+            for (first, shift) in [(cell - row - 1, 6), (cell - 1, 3), (cell + row - 1, 0)] {
+                let [before, at, after] = [4, 2, 1].map(|bit: u16| bit << shift);
+                if let [a, b, c] = &mut self.nearby[first..first + 3] {
+                    *a ^= before;
+                    *b ^= at;
+                    *c ^= after;
                 }
             }
         }
@@ -275,17 +232,6 @@ impl Layer {
 }
 
 impl Layer {
-    /// Indices of the spheres, in an order that says nothing about where they are.
-    pub(crate) fn indices(&self) -> impl Iterator<Item = u32> + '_ {
-        // Spheres fit a u32.
-        #[allow(clippy::cast_possible_truncation)]
-        self.spheres
-            .iter()
-            .enumerate()
-            .filter(|(_, sphere)| sphere.number != NOBODY)
-            .map(|(index, _)| index as u32)
-    }
-
     /// Indices of the spheres in a cell.
     pub(crate) fn indices_in(&self, cell: usize) -> impl Iterator<Item = u32> + '_ {
         self.occupants_of(cell).map(|occupant| occupant >> 2)

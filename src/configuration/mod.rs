@@ -12,13 +12,12 @@ mod overlap;
 mod page;
 
 pub(crate) use contact::Contact;
-pub(crate) use grid::Grid;
+pub(crate) use grid::{Grid, Site, Spot};
 pub(crate) use layer::Layer;
-pub(crate) use overlap::Probe;
+pub(crate) use overlap::{Probe, occupied_in_reach};
 pub(crate) use page::NOBODY;
 
 use crate::{Error, Slab};
-use grid::Spot;
 use std::sync::{Mutex, OnceLock, PoisonError};
 
 /// Where a sphere is.
@@ -129,7 +128,7 @@ impl Configuration {
         // The scene limits the number of spheres, and with it that of layers in use, to u32.
         #[allow(clippy::cast_possible_truncation)]
         let (number, layer_index) = (self.len as u32, layer as u32);
-        let index = self.layers[layer].insert(&self.grid, &spot, position, number);
+        let index = self.layers[layer].insert(&self.grid, &self.grid.site(&spot, position), number);
         self.places.push(Place { layer: layer_index, index });
         self.len += 1;
     }
@@ -207,7 +206,7 @@ impl Configuration {
 
     /// The layers before, at and after that of a spot.
     #[inline]
-    fn around(&self, spot: &Spot) -> &[Layer; 3] {
+    fn around(&self, spot: &Spot) -> &[Layer] {
         neighbours_of(&self.layers, spot.layer as usize + 1)
     }
 
@@ -221,10 +220,14 @@ impl Configuration {
                 ignored = self.layers[place.layer as usize].occupant(place.index);
             }
         }
-        let around = self.around(&spot);
-        let mut probe = Probe::new(&self.grid, spot, position, ignored);
-        probe.look_around(&self.grid, around, 0);
-        probe.overlaps(&self.grid, around)
+        self.probe(&spot, position, 0, ignored).overlaps(&self.grid, self.around(&spot))
+    }
+
+    /// About a sphere at a position, which has come there in the direction of `octant`.
+    fn probe(&self, spot: &Spot, position: [f64; 3], octant: usize, ignored: u32) -> Probe {
+        let Spot { cell, part, .. } = *spot;
+        let candidates = occupied_in_reach(&self.grid, self.around(spot), cell, part, octant);
+        Probe { site: self.grid.site(spot, position), ignored, candidates }
     }
 
     /// A sphere that overlaps one at `position`, and the distance between the two.
@@ -253,12 +256,12 @@ impl Configuration {
         self.touch();
         let place = self.places[sphere];
         let spot = self.grid.spot(position);
-        let layer = spot.layer as usize + 1;
+        let (layer, site) = (spot.layer as usize + 1, self.grid.site(&spot, position));
         if place.layer as usize == layer {
-            self.layers[layer].shift(&self.grid, place.index, &spot, position);
+            self.layers[layer].shift(&self.grid, place.index, &site);
         } else {
-            let taken = self.layers[place.layer as usize].remove(&self.grid, place.index);
-            let index = self.layers[layer].insert(&self.grid, &spot, position, taken.number);
+            let number = self.layers[place.layer as usize].remove(&self.grid, place.index);
+            let index = self.layers[layer].insert(&self.grid, &site, number);
             #[allow(clippy::cast_possible_truncation)]
             let layer = layer as u32;
             self.places[sphere] = Place { layer, index };
@@ -268,9 +271,8 @@ impl Configuration {
 
 /// The layers before, at and after one of them.
 #[inline]
-pub(crate) fn neighbours_of(layers: &[Layer], layer: usize) -> &[Layer; 3] {
-    const NONE: &[Layer; 3] = &[Layer::BEYOND, Layer::BEYOND, Layer::BEYOND];
-    layers.get(layer.wrapping_sub(1)..).and_then(<[Layer]>::first_chunk).unwrap_or(NONE)
+pub(crate) fn neighbours_of(layers: &[Layer], layer: usize) -> &[Layer] {
+    &layers[layer - 1..layer + 2]
 }
 
 /// The coordinate in `[0, width)` that `value`, less than one width outside, stands for.

@@ -1,6 +1,6 @@
 //! Whether a sphere at a position would overlap another.
 
-use super::grid::{Grid, NEIGHBOURS, Neighbour, Spot};
+use super::grid::{Grid, NEIGHBOURS, Neighbour, Site};
 use super::layer::{Layer, NONE};
 use super::page::{Page, SLOTS};
 use wide::{f32x4, u32x4};
@@ -17,16 +17,23 @@ const CERTAIN: f32x4 = f32x4::new([1.0 - ROUNDING; SLOTS]);
 /// From it on they certainly do not.
 const CLEAR: f32x4 = f32x4::new([1.0 + ROUNDING; SLOTS]);
 
-/// A question in the making: would a sphere at a position overlap another?
-#[derive(Debug, Clone, Copy, Default)]
+/// A question: would a sphere at a position overlap another?
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Probe {
-    pub(crate) position: [f64; 3],
-    pub(crate) spot: Spot,
-    relative: [f32; 3],
+    pub(crate) site: Site,
     /// The occupant that is the sphere itself.
-    ignored: u32,
-    /// Occupied cells in reach that are still to be visited.
-    candidates: u64,
+    pub(crate) ignored: u32,
+    /// Cells that are still to be visited, as [`occupied_in_reach`] gives them.
+    pub(crate) candidates: u64,
+}
+
+/// The cells that a sphere in a part of a cell has to be compared with if it has come there in the direction of
+/// `octant`, the likeliest first. `layers` are those before, at and after it, here and in all that follows.
+#[inline]
+pub(crate) fn occupied_in_reach(grid: &Grid, layers: &[Layer], cell: u32, part: u32, octant: usize) -> u64 {
+    let nearby = |layer: usize| u64::from(layers[layer].nearby[cell as usize]) << (9 * layer);
+    let occupied = nearby(0) | nearby(1) | nearby(2);
+    (occupied | occupied << 32) & grid.in_reach(part, octant)
 }
 
 /// What visits compare with: once for each slot of a page.
@@ -61,32 +68,18 @@ impl Middle {
 }
 
 impl Probe {
-    /// About a position in the cell `spot`; `ignored` is the occupant that is the sphere itself.
-    #[inline]
-    pub(crate) fn new(grid: &Grid, spot: Spot, position: [f64; 3], ignored: u32) -> Self {
-        Self { position, spot, relative: grid.relative(&spot, position), ignored, candidates: 0 }
-    }
-
-    /// Finds out which cells have to be visited, for a sphere that has come in the direction of
-    /// `octant`. `layers` are those before, at and after the position, here and in all that follows.
-    #[inline]
-    pub(crate) fn look_around(&mut self, grid: &Grid, layers: &[Layer; 3], octant: usize) {
-        let cell = self.spot.cell as usize;
-        let nearby = |layer: usize| u64::from(layers[layer].nearby[cell]) << (9 * layer);
-        let occupied = nearby(0) | nearby(1) | nearby(2);
-        self.candidates = (occupied | occupied << 32) & grid.in_reach(&self.spot, octant);
-    }
-
     #[inline]
     fn middle(&self) -> Middle {
-        Middle { coordinates: self.relative.map(f32x4::splat), ignored: u32x4::splat(self.ignored) }
+        Middle { coordinates: self.site.relative.map(f32x4::splat), ignored: u32x4::splat(self.ignored) }
     }
 
-    /// Visits the next `VISITS` cells without a branch, and says whether an overlap is certain. What it
-    /// cannot decide, it leaves to [`overlaps`](Self::overlaps).
+    /// Visits the next `VISITS` cells without a branch, and says whether an overlap is certain, and which cells are
+    /// left. What it cannot decide, it leaves to [`overlaps`](Self::overlaps).
     #[inline]
-    pub(crate) fn overlaps_early<const VISITS: usize>(&mut self, grid: &Grid, layers: &[Layer; 3]) -> bool {
-        let cell = self.spot.cell as usize;
+    // Both sides always: a condition is cheaper than a branch.
+    #[allow(clippy::needless_bitwise_bool)]
+    pub(crate) fn overlaps_early<const VISITS: usize>(self, grid: &Grid, layers: &[Layer]) -> (bool, u64) {
+        let cell = self.site.cell as usize;
         let middle = self.middle();
         let mut candidates = self.candidates;
         let mut nearest = CLEAR;
@@ -95,7 +88,7 @@ impl Probe {
             // Once all have been visited it is always the first, occupied or not: no harm.
             let neighbour = &grid.neighbours[candidates.trailing_zeros() as usize & 31];
             candidates &= candidates.wrapping_sub(1);
-            let layer = &layers[neighbour.layer.min(2)];
+            let layer = &layers[neighbour.layer];
             let head = layer.heads[cell.wrapping_add(neighbour.cell)];
             let page = &layer.pages[(head >> 1) as usize];
             nearest = nearest.fast_min(middle.squared_distances(neighbour, page));
@@ -103,20 +96,19 @@ impl Probe {
         }
         let certain = nearest.simd_lt(CERTAIN).any();
         let decided = certain | (!nearest.simd_lt(CLEAR).any() & (heads & 1 == 0));
-        self.candidates = if decided { candidates } else { self.candidates };
-        certain
+        (certain, if decided { candidates } else { self.candidates })
     }
 
     /// Visits all cells that are left.
     #[inline]
-    pub(crate) fn overlaps(&self, grid: &Grid, layers: &[Layer; 3]) -> bool {
-        let cell = self.spot.cell as usize;
+    pub(crate) fn overlaps(&self, grid: &Grid, layers: &[Layer]) -> bool {
+        let cell = self.site.cell as usize;
         let middle = self.middle();
         let mut candidates = self.candidates;
         while candidates != 0 {
             let neighbour = &grid.neighbours[candidates.trailing_zeros() as usize & 31];
             candidates &= candidates - 1;
-            let layer = &layers[neighbour.layer.min(2)];
+            let layer = &layers[neighbour.layer];
             let head = layer.heads[cell.wrapping_add(neighbour.cell)];
             let page = &layer.pages[(head >> 1) as usize];
             let mut squared = middle.squared_distances(neighbour, page);
@@ -134,12 +126,12 @@ impl Probe {
     /// The same in double precision, for those few that need it.
     #[cold]
     #[inline(never)]
-    fn overlaps_exactly(&self, grid: &Grid, layers: &[Layer; 3]) -> bool {
+    fn overlaps_exactly(&self, grid: &Grid, layers: &[Layer]) -> bool {
         grid.neighbours[..NEIGHBOURS].iter().any(|neighbour| {
             let layer = &layers[neighbour.layer];
-            layer.occupants_of((self.spot.cell as usize).wrapping_add(neighbour.cell)).any(|occupant| {
+            layer.occupants_of((self.site.cell as usize).wrapping_add(neighbour.cell)).any(|occupant| {
                 occupant != self.ignored
-                    && grid.squared_distance(self.position, layer.sphere_of(occupant).position) < 1.0
+                    && grid.squared_distance(self.site.position, layer.sphere_of(occupant).position) < 1.0
             })
         })
     }

@@ -18,6 +18,10 @@ impl Stretch {
         distance < self.length
     }
 
+    pub(super) fn length(self) -> usize {
+        self.length
+    }
+
     pub(super) fn is_whole(self) -> bool {
         self.length == self.cells
     }
@@ -28,55 +32,74 @@ impl Stretch {
     }
 }
 
+/// How large domains are.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sizes {
+    /// Least thickness of a slab and width of a tile, in units of S: they lose a share S/2 of the
+    /// trials over the one and the other.
+    pub(super) thickness: f64,
+    pub(super) width: f64,
+    /// Fewest spheres of a slab, on average.
+    pub(super) least: usize,
+    /// Spheres of a domain that fit the cache.
+    pub(super) most: f64,
+}
+
+impl Sizes {
+    /// Found by measurement: thinner slabs keep more cores busy.
+    pub(super) const GOOD: Self = Self { thickness: 14.0, width: 50.0, least: 512, most: 2500.0 };
+}
+
 /// Slabs of several layers, and tiles of the base; a domain is a tile of a slab.
 ///
 /// Cuts cost the trials that would cross them, a share of S/2 over the distance between cuts, and buy
 /// spheres that fit the cache and, between slabs, work for every core. A small system is one domain. The cuts
 /// depend on sizes and the generator, never on where the spheres are.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub(super) struct Domains {
+    sizes: Sizes,
     /// Layers at which slabs begin, and the end.
     cuts: Vec<usize>,
     tiles: Vec<[Stretch; 2]>,
 }
 
 impl Domains {
-    /// Distance between cuts, in units of S, that loses 2.5 % and 1 %.
-    const THICKNESS: f64 = 20.0;
-    const WIDTH: f64 = 50.0;
-    /// Fewest layers of a slab: half as many, at its thinnest, keep apart those that are swept together.
-    const LEAST_LAYERS: f64 = 4.0;
-    /// Fewest spheres of a slab, on average.
-    const LEAST_SPHERES: usize = 512;
-    /// Spheres of a domain that fit the cache.
-    const SPHERES: f64 = 2500.0;
+    /// Fewest layers of a slab.
+    const LEAST_LAYERS: f64 = 3.0;
+    /// Fewest layers of the first and the last: those that are swept at the same time each look at one of
+    /// the slab between them.
+    const LEAST_AT_END: usize = 2;
+
+    pub(super) fn new(sizes: Sizes) -> Self {
+        Self { sizes, cuts: Vec::new(), tiles: Vec::new() }
+    }
 
     /// Cuts for one sweep of `particles` spheres with displacements up to `size`.
     pub(super) fn cut(&mut self, grid: &Grid, particles: usize, size: f64, generator: &mut Generator) {
         let [layers, rows, columns] = grid.cells;
+        let Sizes { thickness, width, least, most } = self.sizes;
         let cells_along = |axis: usize, length: f64| length * size / grid.sides[axis];
-        let thinnest = cells_along(0, Self::THICKNESS).max(Self::LEAST_LAYERS);
+        let thinnest = cells_along(0, thickness).max(Self::LEAST_LAYERS);
         // At most the number of layers.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let slabs = ((layers as f64 / thinnest) as usize).min(particles / Self::LEAST_SPHERES).max(1);
+        let slabs =
+            ((layers as f64 / thinnest) as usize).min(particles.checked_div(least).unwrap_or(layers)).max(1);
         self.cuts.clear();
         self.cuts.reserve(slabs + 3);
         self.cuts.push(0);
-        let thickness = layers.div_ceil(slabs);
+        let thickness = layers / slabs;
         if slabs > 1 {
-            // No slab is thinner than half of the others, or thicker than one and a half.
-            let half = thickness / 2;
-            let mut cut = half + index(generator, thickness);
-            while cut + half <= layers {
+            let mut cut = Self::LEAST_AT_END + index(generator, thickness);
+            while cut + Self::LEAST_AT_END <= layers {
                 self.cuts.push(cut);
                 cut += thickness;
             }
         }
         self.cuts.push(layers);
         let per_cell = particles as f64 / (layers * rows * columns) as f64;
-        let square = (Self::SPHERES / (per_cell * thickness as f64)).sqrt();
+        let square = (most / (per_cell * thickness as f64)).sqrt();
         let tiles = |axis: usize| {
-            let widest = square.max(cells_along(axis, Self::WIDTH));
+            let widest = square.max(cells_along(axis, width));
             // At most the number of cells.
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
             let tiles = (grid.cells[axis] as f64 / widest).round() as usize;
@@ -127,7 +150,7 @@ mod tests {
             ([40.0, 90.0, 70.0], 90_000, 0.2),
         ] {
             let grid = Grid::new(&Slab::new(extents[0], extents[1], extents[2]).unwrap());
-            let mut domains = Domains::default();
+            let mut domains = Domains::new(Sizes::GOOD);
             let mut generator = Generator::seed_from_u64(1);
             let mut inside_some_slab = vec![false; grid.cells[0]];
             let mut inside_some_tile = vec![false; grid.cells[1]];
@@ -159,7 +182,7 @@ mod tests {
     #[test]
     fn a_small_system_is_one_domain() {
         let grid = Grid::new(&Slab::new(40.0, 4.0, 3.0).unwrap());
-        let mut domains = Domains::default();
+        let mut domains = Domains::new(Sizes::GOOD);
         for particles in [1, 100, 500] {
             domains.cut(&grid, particles, 1.25, &mut Generator::seed_from_u64(1));
             assert_eq!((domains.slabs(), domains.tiles().len()), (1, 1));

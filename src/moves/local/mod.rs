@@ -1,5 +1,6 @@
 //! Local trial moves: one sphere, a small uniform displacement, Metropolis acceptance.
 
+mod batch;
 mod domains;
 mod visit;
 
@@ -8,7 +9,7 @@ use crate::configuration::Layer;
 use crate::drive::Drive;
 use crate::random::Generator;
 use crate::{Error, Field, Slab, TemperatureProfile};
-use domains::Domains;
+use domains::{Domains, Sizes};
 use rand::{Rng, SeedableRng};
 use visit::{Common, Outcome, Scratch, Slice};
 
@@ -118,7 +119,7 @@ pub(crate) struct Engine {
 
 impl Engine {
     pub(in crate::moves) fn new(moves: LocalMoves) -> Self {
-        Self { moves, domains: Domains::default(), outcomes: Vec::new(), scratch: Vec::new() }
+        Self { moves, domains: Domains::new(Sizes::GOOD), outcomes: Vec::new(), scratch: Vec::new() }
     }
 
     /// One sweep: as many trials as there are spheres.
@@ -248,3 +249,6 @@ fn derived(keys: [u64; 2], [slab, tile]: [usize; 2]) -> Generator {
     seed[8..].copy_from_slice(&state[1].to_le_bytes());
     Generator::from_seed(seed)
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,295 @@
+//! Trials that are prepared together.
+
+use super::domains::Stretch;
+use super::visit::{Place, Slice};
+use crate::configuration::{Grid, NOBODY, Probe, Site, Spot, neighbours_of, occupied_in_reach, wrap};
+use wide::f32x8;
+
+/// Trials in a batch.
+pub(super) const BATCH: usize = 8;
+/// What the trials of a domain have in common.
+pub(super) struct Rules<'a> {
+    pub(super) grid: &'a Grid,
+    pub(super) widths: [f64; 2],
+    pub(super) lowest: f64,
+    pub(super) highest: f64,
+    pub(super) rows: Stretch,
+    pub(super) columns: Stretch,
+    /// Whether the domain is a part of its layers only.
+    pub(super) tiled: bool,
+}
+
+/// Trials, drawn and looked at.
+///
+/// What becomes of a trial is hardly ever predictable, and a processor that has guessed wrong would have to
+/// start the next one from nothing. So several are prepared without a branch, step by step: each step
+/// waits for memory once, and does arithmetic on all.
+#[derive(Debug, Clone)]
+pub(super) struct Trials<const COUNT: usize> {
+    /// The number of the sphere and a displacement in 32 bits, and two more displacements.
+    pub(super) random: [[u64; COUNT]; 2],
+    /// Largest displacement, over 2³².
+    pub(super) scale: [f64; COUNT],
+    chosen: [u32; COUNT],
+    place: [Place; COUNT],
+    from_height: [f64; COUNT],
+    position: [[f64; COUNT]; 3],
+    relative: [[f32; COUNT]; 3],
+    /// Layer, y and z of the cell, its index in the layer, and the part of it.
+    cell: [[u32; COUNT]; 5],
+    /// Layer in the slice.
+    local: [u32; COUNT],
+    ignored: [u32; COUNT],
+    candidates: [u64; COUNT],
+    refused: [bool; COUNT],
+}
+
+/// One trial, as far as it was prepared.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Trial {
+    pub(super) chosen: usize,
+    pub(super) place: Place,
+    pub(super) from_height: f64,
+    pub(super) local: usize,
+    pub(super) probe: Probe,
+}
+
+/// An odd integer in (−2³², 2³²), from 32 random bits: v and −v are equally likely, to the last bit.
+#[inline]
+fn odd_integer(bits: u64) -> f64 {
+    // The mantissa of a number whose last bit counts one.
+    const ONES: f64 = (1_u64 << 52) as f64;
+    let odd = (bits & 0xffff_ffff) << 1 | 1;
+    f64::from_bits(ONES.to_bits() | odd) - (ONES + (1_u64 << 32) as f64)
+}
+
+impl<const COUNT: usize> Trials<COUNT> {
+    pub(super) fn new() -> Self {
+        Self {
+            random: [[0; COUNT]; 2],
+            scale: [0.0; COUNT],
+            chosen: [0; COUNT],
+            place: [Place::default(); COUNT],
+            from_height: [0.0; COUNT],
+            position: [[0.0; COUNT]; 3],
+            relative: [[0.0; COUNT]; 3],
+            cell: [[0; COUNT]; 5],
+            local: [0; COUNT],
+            ignored: [0; COUNT],
+            candidates: [0; COUNT],
+            refused: [false; COUNT],
+        }
+    }
+
+    #[inline]
+    fn displacement(&self, axis: usize, trial: usize) -> f64 {
+        let bits = match axis {
+            0 => self.random[0][trial] >> 32,
+            1 => self.random[1][trial],
+            _ => self.random[1][trial] >> 32,
+        };
+        self.scale[trial] * odd_integer(bits)
+    }
+
+    pub(super) fn displacements(&self, trial: usize) -> [f64; 3] {
+        [0, 1, 2].map(|axis| self.displacement(axis, trial))
+    }
+
+    /// Which way a displacement points: one bit for each axis along which it is positive.
+    #[inline]
+    fn octant(&self, trial: usize) -> usize {
+        let [first, second] = [self.random[0][trial], self.random[1][trial]];
+        usize::from(first >> 63 == 1)
+            | usize::from(second >> 31 & 1 == 1) << 1
+            | usize::from(second >> 63 == 1) << 2
+    }
+
+    /// Looks at the trials drawn, as far as it goes without a branch; `EARLY` cells are visited.
+    // Both sides always: a condition is cheaper than a branch.
+    #[allow(clippy::needless_bitwise_bool)]
+    // Each loop is over one step of all trials.
+    #[allow(clippy::needless_range_loop)]
+    #[inline]
+    pub(super) fn prepare<const EARLY: usize>(
+        &mut self,
+        rules: &Rules<'_>,
+        slice: &Slice<'_>,
+        places: &[Place],
+    ) {
+        let Rules { grid, widths, lowest, highest, rows, columns, tiled } = *rules;
+        let layers = &*slice.layers;
+        // Layers along an axis, and spheres, fit a u32.
+        #[allow(clippy::cast_possible_truncation)]
+        let (first, moving) = (slice.first as u32, (layers.len() - 2) as u32);
+        for trial in 0..COUNT {
+            let chosen = ((self.random[0][trial] & 0xffff_ffff) * places.len() as u64) >> 32;
+            #[allow(clippy::cast_possible_truncation)]
+            let chosen = chosen as u32;
+            self.chosen[trial] = chosen;
+            self.place[trial] = places[chosen as usize];
+        }
+        for trial in 0..COUNT {
+            let Place { layer, index } = self.place[trial];
+            let position = layers[layer as usize].spheres[index as usize].position;
+            for axis in 0..3 {
+                self.position[axis][trial] = position[axis];
+            }
+        }
+        for trial in 0..COUNT {
+            let from = self.position[0][trial];
+            let to = from + self.displacement(0, trial);
+            let inside = (to >= lowest) & (to <= highest);
+            self.from_height[trial] = from;
+            // One that is refused is looked at where it starts.
+            self.position[0][trial] = if inside { to } else { from };
+            self.refused[trial] = !inside;
+        }
+        for axis in 1..3 {
+            for trial in 0..COUNT {
+                let to = self.position[axis][trial] + self.displacement(axis, trial);
+                self.position[axis][trial] = wrap(to, widths[axis - 1]);
+            }
+        }
+        for trial in 0..COUNT {
+            let position = [0, 1, 2].map(|axis| self.position[axis][trial]);
+            let spot = grid.spot(position);
+            let relative = grid.relative(&spot, position);
+            for axis in 0..3 {
+                self.relative[axis][trial] = relative[axis];
+            }
+            let Spot { layer, y, z, cell, part } = spot;
+            for (to, from) in self.cell.iter_mut().zip([layer, y, z, cell, part]) {
+                to[trial] = from;
+            }
+        }
+        for trial in 0..COUNT {
+            let local = (self.cell[0][trial] + 1).wrapping_sub(first);
+            let beyond = local.wrapping_sub(1) >= moving;
+            // One that leaves the domain is looked at wherever.
+            self.local[trial] = if beyond { 1 } else { local };
+            self.refused[trial] |= beyond;
+        }
+        if tiled {
+            for trial in 0..COUNT {
+                let [y, z] = [self.cell[1][trial], self.cell[2][trial]];
+                self.refused[trial] |= !(rows.contains(y as usize) & columns.contains(z as usize));
+            }
+        }
+        for trial in 0..COUNT {
+            let Place { layer, index } = self.place[trial];
+            let near = (layer + 1).wrapping_sub(self.local[trial]) < 3;
+            let own = layers[layer as usize].occupant(index);
+            self.ignored[trial] = if near { own } else { NOBODY };
+        }
+        for trial in 0..COUNT {
+            let around = neighbours_of(layers, self.local[trial] as usize);
+            let [cell, part] = [self.cell[3][trial], self.cell[4][trial]];
+            self.candidates[trial] = occupied_in_reach(grid, around, cell, part, self.octant(trial));
+        }
+        for trial in 0..COUNT {
+            let around = neighbours_of(layers, self.local[trial] as usize);
+            let (overlaps, left) = self.probe(trial).overlaps_early::<EARLY>(grid, around);
+            self.refused[trial] |= overlaps;
+            self.candidates[trial] = left;
+        }
+    }
+
+    #[inline]
+    fn probe(&self, trial: usize) -> Probe {
+        Probe {
+            site: Site {
+                position: [0, 1, 2].map(|axis| self.position[axis][trial]),
+                relative: [0, 1, 2].map(|axis| self.relative[axis][trial]),
+                cell: self.cell[3][trial],
+            },
+            ignored: self.ignored[trial],
+            candidates: self.candidates[trial],
+        }
+    }
+
+    /// A trial that has not been refused yet.
+    #[inline]
+    pub(super) fn get(&self, trial: usize) -> Option<Trial> {
+        if self.refused[trial] {
+            return None;
+        }
+        Some(Trial {
+            chosen: self.chosen[trial] as usize,
+            place: self.place[trial],
+            from_height: self.from_height[trial],
+            local: self.local[trial] as usize,
+            probe: self.probe(trial),
+        })
+    }
+
+    /// One of them by itself, to be prepared again.
+    pub(super) fn alone(&self, trial: usize) -> Trials<1> {
+        Trials {
+            random: self.random.map(|random| [random[trial]]),
+            scale: [self.scale[trial]],
+            ..Trials::new()
+        }
+    }
+}
+
+/// Where the trials of a batch lead, in single precision, and which may have been affected by a move.
+pub(super) struct Targets {
+    position: [f32x8; 3],
+    widths: [f32x8; 2],
+    reach: f32x8,
+    stale: u32,
+}
+
+// Single precision is enough for a test with room to spare.
+#[allow(clippy::cast_possible_truncation)]
+impl Targets {
+    /// For displacements up to `size`.
+    pub(super) fn new(widths: [f64; 2], size: f64) -> Self {
+        // A move affects trials that lead within a diameter of where it starts, less than `size` from where it
+        // ends, and those of its own sphere, which lead less than `size` from where it starts.
+        let reach = f64::max(1.25 + size, 0.25 + 2.0 * size);
+        Self {
+            position: [f32x8::splat(0.0); 3],
+            widths: widths.map(|width| f32x8::splat(width as f32)),
+            reach: f32x8::splat(reach as f32),
+            stale: 0,
+        }
+    }
+
+    pub(super) fn follow(&mut self, trials: &Trials<BATCH>) {
+        self.position = trials.position.map(|along| f32x8::new(along.map(|coordinate| coordinate as f32)));
+        self.stale = 0;
+    }
+
+    /// Notes which trials a move to `position` may affect.
+    #[inline]
+    pub(super) fn disturb(&mut self, position: [f64; 3]) {
+        let [x, y, z] = position.map(|coordinate| f32x8::splat(coordinate as f32));
+        let dx = (self.position[0] - x).abs();
+        let dy = (self.position[1] - y).abs();
+        let dz = (self.position[2] - z).abs();
+        let (dy, dz) = (dy.fast_min(self.widths[0] - dy), dz.fast_min(self.widths[1] - dz));
+        self.stale |= dx.fast_max(dy).fast_max(dz).simd_lt(self.reach).to_bitmask();
+    }
+
+    #[inline]
+    pub(super) fn is_stale(&self, trial: usize) -> bool {
+        self.stale >> trial & 1 == 1
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn displacements_are_symmetric_to_the_last_bit() {
+        for bits in [0, 1, 0x7fff_ffff, 0x8000_0000, 0xffff_fffe, 0xffff_ffff] {
+            let value = odd_integer(bits);
+            let exact = (2 * bits + 1).cast_signed() - (1 << 32);
+            assert_eq!(value.to_bits(), (exact as f64).to_bits());
+            assert_eq!(value.to_bits(), (-odd_integer(0xffff_ffff - bits)).to_bits());
+            assert_eq!(value > 0.0, bits >> 31 == 1);
+        }
+    }
+}

@@ -1,0 +1,117 @@
+//! Sweeps by domains leave the distribution as it is, however small the domains are.
+
+use super::*;
+use crate::Scene;
+use crate::configuration::Configuration;
+use crate::drive::{IsothermalDrive, Phase};
+use crate::field::UniformField;
+use crate::observer::Tally;
+use crate::statistics::BlockAverages;
+use crate::temperature::Isothermal;
+
+/// A gas in a column, swept in domains that are as small as they can be.
+struct Column {
+    scene: Scene<UniformField, Isothermal>,
+    configuration: Configuration,
+    engine: Engine,
+    generator: Generator,
+    tally: Tally,
+}
+
+impl Column {
+    fn new(extents: [f64; 3], temperature: f64, positions: &[[f64; 3]], size: f64) -> Self {
+        let slab = Slab::new(extents[0], extents[1], extents[2]).unwrap();
+        let temperature = Isothermal::new(temperature).unwrap();
+        let mut engine = Engine::new(LocalMoves::new(size, &slab).unwrap());
+        engine.domains = Domains::new(Sizes { thickness: 6.0, width: 6.0, least: 0, most: 0.0 });
+        Self {
+            scene: Scene::new(slab, positions.len(), UniformField::default(), temperature).unwrap(),
+            configuration: Configuration::new(slab, positions).unwrap(),
+            engine,
+            generator: Generator::seed_from_u64(5),
+            tally: Tally::default(),
+        }
+    }
+
+    fn sweep(&mut self) {
+        self.engine
+            .sweep(&mut Sweep {
+                scene: &self.scene,
+                drive: &IsothermalDrive,
+                configuration: &mut self.configuration,
+                generator: &mut self.generator,
+                tally: &mut self.tally,
+                phase: Phase::Production,
+                recorder: None,
+            })
+            .unwrap();
+    }
+}
+
+#[test]
+fn one_sphere_in_many_domains_follows_the_barometric_law() {
+    // Domains of three diameters: their faces reject a fifth of the trials.
+    let (temperature, range) = (1.5, 11.0);
+    let mut column = Column::new([range + 1.0, 6.0, 6.0], temperature, &[[1.0, 1.0, 1.0]], 0.5);
+    let mut moments = BlockAverages::new(2).unwrap();
+    let mut across = [0_u32; 2];
+    let sweeps = 2_000_000;
+    for _ in 0..sweeps {
+        column.sweep();
+        let [x, y, z] = column.configuration.positions()[0];
+        let above = x - 0.5;
+        moments.push(&[above, above * above]).unwrap();
+        across[0] += u32::from(y > 3.0);
+        across[1] += u32::from(z > 3.0);
+    }
+    assert!(column.engine.domains.slabs() >= 3 && column.engine.domains.tiles().len() >= 4);
+    assert!(column.tally.acceptance() < 0.85);
+    let tail = libm::expm1(range / temperature);
+    let expected = [
+        temperature - range / tail,
+        2.0 * temperature * temperature - range * (range + 2.0 * temperature) / tail,
+    ];
+    for (estimate, expected) in moments.estimates().unwrap().into_iter().zip(expected) {
+        assert!(estimate.deviation_from(expected).abs() < 4.0, "{estimate:?} for {expected}");
+        assert!(estimate.standard_error < 0.04 * expected);
+    }
+    // Every place across is as good as any other.
+    for times in across {
+        assert!((f64::from(times) / f64::from(sweeps) - 0.5).abs() < 0.05, "{across:?}");
+    }
+}
+
+#[test]
+fn many_spheres_in_small_domains_weigh_what_they_weigh() {
+    // Contact theorem: n(1/2) T is the weight on the base, whatever the density.
+    let (temperature, width) = (3.0, 6.0);
+    let particles = 72;
+    let positions: Vec<[f64; 3]> = (0..particles)
+        .map(|sphere| {
+            let (layer, place) = (sphere / 16, sphere % 16);
+            [0.6 + 1.1 * f64::from(layer), 1.5 * f64::from(place / 4), 1.5 * f64::from(place % 4)]
+        })
+        .collect();
+    let mut column = Column::new([40.0, width, width], temperature, &positions, 0.4);
+    let mut near_base = BlockAverages::new(2).unwrap();
+    // Two thin slices, whose densities are extrapolated to the wall.
+    let thickness = 0.04;
+    for sweep in 0..60_000 {
+        column.sweep();
+        if sweep > 2000 {
+            let mut counts = [0.0; 2];
+            column.configuration.heights().map(|height| (height - 0.5) / thickness).for_each(|slice| {
+                if slice < 2.0 {
+                    counts[usize::from(slice >= 1.0)] += 1.0;
+                }
+            });
+            near_base.push(&counts).unwrap();
+        }
+    }
+    let volume = thickness * width * width;
+    let contact =
+        near_base.jackknife(|counts: &[f64]| [(1.5 * counts[0] - 0.5 * counts[1]) / volume]).unwrap();
+    let expected = f64::from(particles) / (width * width * temperature);
+    assert!(contact[0].deviation_from(expected).abs() < 4.0, "{contact:?} for {expected}");
+    assert!(contact[0].standard_error < 0.03 * expected);
+}

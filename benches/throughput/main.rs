@@ -19,10 +19,11 @@ mod packing;
 mod sizes;
 mod threads;
 
-use clap::Parser;
+use clap::{Parser, ValueEnum};
 use common::Failure;
 use gradient_mc::drive::{Drive, Scheme};
 use gradient_mc::field::UniformField;
+use gradient_mc::moves::{EventChains, LocalMoves, Moves};
 use gradient_mc::start::Positions;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Error, Scene, Simulation, Slab};
@@ -113,6 +114,12 @@ struct Arguments {
     /// Only the parts whose names contain this: peers, packing, sizes, threads
     #[arg(default_value = "")]
     part: String,
+    /// Instead, so many sweeps of one hot loop and nothing else, for a program that counts instructions
+    #[arg(long)]
+    count: Option<u64>,
+    /// The loop that is counted
+    #[arg(long, value_enum, default_value_t = HotLoop::Dense)]
+    of: HotLoop,
     /// Directory for the picture
     #[arg(long, default_value = "out/throughput")]
     out: PathBuf,
@@ -121,8 +128,47 @@ struct Arguments {
     bench: bool,
 }
 
+/// Where a run spends its time.
+#[derive(ValueEnum, Debug, Clone, Copy)]
+enum HotLoop {
+    /// Local moves at packing fraction 0.45, S = 0.12
+    Dense,
+    /// Local moves at n = 0.1, S = 0.75
+    Dilute,
+    /// Event chains in a column at T = 20
+    Chains,
+}
+
+/// Makes sweeps of one hot loop; the difference of two counts is free of what prepares them.
+fn count(of: HotLoop, sweeps: u64) -> Result<(), Failure> {
+    let (scene, moves): (_, Moves) = match of {
+        HotLoop::Dense => {
+            (packing::fluid(4000, 12.0, 0.45)?, LocalMoves::new(0.12, &Slab::new(30.0, 12.0, 12.0)?)?.into())
+        }
+        HotLoop::Dilute => (
+            packing::fluid(4000, 25.0, 0.1 * std::f64::consts::PI / 6.0)?,
+            LocalMoves::new(0.75, &Slab::new(30.0, 25.0, 25.0)?)?.into(),
+        ),
+        HotLoop::Chains => {
+            let slab = Slab::new(400.0, 10.0, 10.0)?;
+            let scene = Scene::new(slab, 4000, UniformField::default(), Isothermal::new(TEMPERATURE)?)?;
+            (scene, EventChains::default().local_moves(None).into())
+        }
+    };
+    let mut simulation = Simulation::builder(scene).moves(moves).seed(1).build()?;
+    simulation.equilibrate(50, &mut ())?;
+    let before = *simulation.tally();
+    simulation.run(sweeps, &mut ())?;
+    let done = simulation.tally().since(&before);
+    println!("{of:?}: {} trials, {} events", done.trials, done.events);
+    Ok(())
+}
+
 fn main() -> Result<(), Failure> {
     let arguments = Arguments::parse();
+    if let Some(sweeps) = arguments.count {
+        return count(arguments.of, sweeps);
+    }
     let wanted = |part: &str| part.contains(&arguments.part);
     if wanted("peers") {
         compare("dense: packing fraction 0.45, S = 0.12", 0.45 * 6.0 / std::f64::consts::PI, 0.12)?;

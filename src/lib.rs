@@ -25,9 +25,12 @@
 //! theory of the same scene for any [`EquationOfState`]. Each of the four traits has one required
 //! method.
 //!
+//! Sweeps consist of local moves or of event chains ([`moves`]); chains bring a column to its steady state
+//! some fifty times sooner. With the feature `rayon` sweeps of local moves share the threads of the
+//! pool they run in, with the same outcome.
+//!
 //! # Limits
-//! Equal hard spheres; at most 10⁸ cubic diameters; local moves, which relax a column of 40 spheres
-//! per area only in some 10⁴ sweeps; and a self-consistent field that has to be checked
+//! Equal hard spheres; at most 10⁸ cubic diameters; a self-consistent field that has to be checked
 //! (`docs/physics.md`, "Limits known").
 
 #![warn(

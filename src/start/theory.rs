@@ -10,7 +10,7 @@ use nalgebra::Vector3;
 /// Spheres on random sites of a close-packed lattice, as many in each layer as the hydrostatic
 /// profile of the scene has there (modified Kolafa-Labík-Malijevský fluid, Speedy solid).
 ///
-/// The lattice makes any packing possible; its vacancies let it melt within some hundred sweeps
+/// The lattice makes any packing possible; its vacancies let it melt within some five hundred sweeps
 /// wherever the fluid is stable. The column as a whole starts close to its steady state, which saves
 /// the slowest part of the equilibration and **proves nothing by itself**: start from
 /// [`Uniform`](super::Uniform) and [`Compact`](super::Compact) to see that they meet.

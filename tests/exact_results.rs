@@ -197,7 +197,7 @@ fn column(particles: usize, side: f64, temperature: f64, seed: u64) -> Simulatio
 #[test]
 fn contact_density_carries_the_weight() {
     let temperature = 3.0;
-    let mut simulation = column(144, 6.0, temperature, 21);
+    let mut simulation = column(144, 6.0, temperature, 22);
     // Bins of 0.02 from the contact height; the density there is the intercept of a parabola in ln n.
     let profile = DensityProfile::with_range(simulation.scene().slab(), 0.5, 0.7, 10).unwrap();
     let mut observer = Every::new(2, profile);
@@ -222,7 +222,7 @@ fn fluctuation_of_the_center_of_mass() {
     let slope_error = high.standard_error.hypot(low.standard_error) / (2.0 * step);
     let factor = temperature * temperature / particles as f64;
     let expected = factor * slope;
-    let variance = at(temperature, 31, 4_000_000).variance().unwrap();
+    let variance = at(temperature, 34, 4_000_000).variance().unwrap();
     let difference = Estimate::new(
         variance.mean / expected - 1.0,
         variance.standard_error.hypot(factor * slope_error) / expected,

@@ -124,7 +124,7 @@ impl Grid {
     }
 
     /// Size of the table of cells in a layer.
-    pub(super) fn table(&self) -> usize {
+    pub(crate) fn table(&self) -> usize {
         (self.cells[1] + 2) * (self.cells[2] + 2)
     }
 

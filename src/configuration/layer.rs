@@ -232,6 +232,46 @@ impl Layer {
 }
 
 impl Layer {
+    /// Puts spheres and pages into the order of their cells, so that what lies together is kept together.
+    pub(super) fn sort(&mut self, grid: &Grid) {
+        // Gaps go to the end; numbers make the order unique.
+        self.spheres.sort_unstable_by_key(|sphere| {
+            let gap = sphere.number == NOBODY;
+            (gap, if gap { 0 } else { sphere.cell }, sphere.number)
+        });
+        let count = self.spheres.partition_point(|sphere| sphere.number != NOBODY);
+        self.spheres.truncate(count);
+        self.gap = NOBODY;
+        self.pages.truncate(1);
+        self.next.truncate(1);
+        self.spare_page = NONE;
+        self.heads.fill(NONE);
+        self.nearby.fill(0);
+        for index in 0..count {
+            let position = self.spheres[index].position;
+            let site = grid.site(&grid.spot(position), position);
+            // Spheres fit a u32.
+            #[allow(clippy::cast_possible_truncation)]
+            self.enter(grid, &site, index as u32);
+        }
+    }
+
+    /// Reads a word of every line of the cache that the cells take up, and makes something of them.
+    pub(crate) fn read(&self) -> u32 {
+        let heads = self.heads.iter().step_by(16).fold(0, |read, head| read ^ head);
+        let nearby = self.nearby.iter().step_by(32).fold(0, |read, nearby| read ^ nearby);
+        let pages = self.pages.iter().fold(0, |read, page| read ^ page.occupants.as_array()[0]);
+        heads ^ u32::from(nearby) ^ pages
+    }
+
+    /// As [`read`](Self::read), of a sphere and its cell.
+    #[inline]
+    pub(crate) fn read_around(&self, index: u32) -> u32 {
+        let cell = self.spheres[index as usize].cell as usize;
+        let page = &self.pages[(self.heads[cell] >> 1) as usize];
+        page.occupants.as_array()[0] ^ u32::from(self.nearby[cell])
+    }
+
     /// Indices of the spheres in a cell.
     pub(crate) fn indices_in(&self, cell: usize) -> impl Iterator<Item = u32> + '_ {
         self.occupants_of(cell).map(|occupant| occupant >> 2)

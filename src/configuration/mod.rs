@@ -180,6 +180,14 @@ impl Configuration {
         (&self.grid, &mut self.layers)
     }
 
+    /// Puts spheres that lie together together in memory; those in large systems drift apart otherwise.
+    pub(crate) fn sort(&mut self) {
+        self.stale = true;
+        for layer in &mut self.layers {
+            layer.sort(&self.grid);
+        }
+    }
+
     /// Makes sure that spheres are found by number, as [`position`](Self::position),
     /// [`relocate`](Self::relocate) and [`first_contact`](Self::first_contact) need it.
     pub(crate) fn track(&mut self) {

@@ -1,6 +1,5 @@
 //! Trials that are prepared together.
 
-use super::domains::Stretch;
 use super::visit::{Place, Slice};
 use crate::configuration::{Grid, NOBODY, Probe, Site, Spot, neighbours_of, occupied_in_reach, wrap};
 use wide::f32x8;
@@ -13,10 +12,9 @@ pub(super) struct Rules<'a> {
     pub(super) widths: [f64; 2],
     pub(super) lowest: f64,
     pub(super) highest: f64,
-    pub(super) rows: Stretch,
-    pub(super) columns: Stretch,
-    /// Whether the domain is a part of its layers only.
-    pub(super) tiled: bool,
+    /// Tile of each cell of a layer, empty if there is only one, and that of the domain.
+    pub(super) tile_of: &'a [u16],
+    pub(super) tile: usize,
 }
 
 /// Trials, drawn and looked at.
@@ -116,7 +114,7 @@ impl<const COUNT: usize> Trials<COUNT> {
         slice: &Slice<'_>,
         places: &[Place],
     ) {
-        let Rules { grid, widths, lowest, highest, rows, columns, tiled } = *rules;
+        let Rules { grid, widths, lowest, highest, tile_of, tile } = *rules;
         let layers = &*slice.layers;
         // Layers along an axis, and spheres, fit a u32.
         #[allow(clippy::cast_possible_truncation)]
@@ -169,10 +167,9 @@ impl<const COUNT: usize> Trials<COUNT> {
             self.local[trial] = if beyond { 1 } else { local };
             self.refused[trial] |= beyond;
         }
-        if tiled {
+        if !tile_of.is_empty() {
             for trial in 0..COUNT {
-                let [y, z] = [self.cell[1][trial], self.cell[2][trial]];
-                self.refused[trial] |= !(rows.contains(y as usize) & columns.contains(z as usize));
+                self.refused[trial] |= usize::from(tile_of[self.cell[3][trial] as usize]) != tile;
             }
         }
         for trial in 0..COUNT {

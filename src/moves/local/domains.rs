@@ -3,54 +3,25 @@
 use crate::configuration::Grid;
 use crate::random::{Generator, index};
 
-/// A stretch of a periodic axis, in cells.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Stretch {
-    first: usize,
-    length: usize,
-    cells: usize,
-}
-
-impl Stretch {
-    #[inline]
-    pub(super) fn contains(self, cell: usize) -> bool {
-        let distance = if cell >= self.first { cell - self.first } else { cell + self.cells - self.first };
-        distance < self.length
-    }
-
-    pub(super) fn length(self) -> usize {
-        self.length
-    }
-
-    pub(super) fn is_whole(self) -> bool {
-        self.length == self.cells
-    }
-
-    pub(super) fn cells(self) -> impl Iterator<Item = usize> {
-        (self.first..self.first + self.length)
-            .map(move |cell| if cell < self.cells { cell } else { cell - self.cells })
-    }
-}
-
 /// How large domains are.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sizes {
-    /// Least thickness of a slab and width of a tile, in units of S: they lose a share S/2 of the
-    /// trials over the one and the other.
+    /// Least thickness of a slab and width of a tile, in units of S: of the trials they lose S/2 over
+    /// the one and the other.
     pub(super) thickness: f64,
     pub(super) width: f64,
     /// Fewest spheres of a slab, on average.
     pub(super) least: usize,
-    /// Spheres of a domain that fit the cache.
+    /// Spheres of a tile that fit the cache.
     pub(super) most: f64,
 }
 
 impl Sizes {
     /// Found by measurement: thinner slabs keep more cores busy.
-    pub(super) const GOOD: Self = Self { thickness: 14.0, width: 50.0, least: 512, most: 2500.0 };
+    pub(super) const GOOD: Self = Self { thickness: 14.0, width: 16.0, least: 512, most: 3500.0 };
 }
 
-/// Slabs of several layers, and tiles of the base; a domain is a tile of a slab.
+/// Slabs of several layers, and tiles of the base, usually strips; a domain is a tile of a slab.
 ///
 /// Cuts cost the trials that would cross them, a share of S/2 over the distance between cuts, and buy
 /// spheres that fit the cache and, between slabs, work for every core. A small system is one domain. The cuts
@@ -60,7 +31,9 @@ pub(super) struct Domains {
     sizes: Sizes,
     /// Layers at which slabs begin, and the end.
     cuts: Vec<usize>,
-    tiles: Vec<[Stretch; 2]>,
+    tiles: usize,
+    /// Tile of each cell of a layer; empty if there is only one.
+    tile_of: Vec<u16>,
 }
 
 impl Domains {
@@ -71,7 +44,7 @@ impl Domains {
     const LEAST_AT_END: usize = 2;
 
     pub(super) fn new(sizes: Sizes) -> Self {
-        Self { sizes, cuts: Vec::new(), tiles: Vec::new() }
+        Self { sizes, cuts: Vec::new(), tiles: 1, tile_of: Vec::new() }
     }
 
     /// Cuts for one sweep of `particles` spheres with displacements up to `size`.
@@ -96,21 +69,33 @@ impl Domains {
             }
         }
         self.cuts.push(layers);
-        let per_cell = particles as f64 / (layers * rows * columns) as f64;
-        let square = (most / (per_cell * thickness as f64)).sqrt();
-        let tiles = |axis: usize| {
-            let widest = square.max(cells_along(axis, width));
-            // At most the number of cells.
+        // Strips along z, which lie together in memory, as wide as fit the cache; and shorter ones if
+        // these do not.
+        let per_cell = particles as f64 / (layers * rows * columns) as f64 * thickness as f64;
+        let tiles = |axis: usize, fitting: f64| {
+            let cells = grid.cells[axis] as f64;
+            // At most the number of cells; more than 255 by 255 would not fit a u16.
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-            let tiles = (grid.cells[axis] as f64 / widest).round() as usize;
-            tiles.max(1)
+            let tiles = (cells / fitting.max(cells_along(axis, width))).round() as usize;
+            tiles.clamp(1, 255)
         };
-        let (tiles_y, tiles_z) = (tiles(1), tiles(2));
+        let tiles_y = tiles(1, most / (per_cell * columns as f64));
+        let row = per_cell * rows as f64 / tiles_y as f64;
+        let tiles_z = if row * columns as f64 > 3.0 * most { tiles(2, most / row) } else { 1 };
         let (shift_y, shift_z) = (index(generator, rows), index(generator, columns));
-        self.tiles.clear();
-        for y in 0..tiles_y {
-            for z in 0..tiles_z {
-                self.tiles.push([stretch(y, tiles_y, shift_y, rows), stretch(z, tiles_z, shift_z, columns)]);
+        self.tiles = tiles_y * tiles_z;
+        self.tile_of.clear();
+        if self.tiles > 1 {
+            self.tile_of.resize(grid.table(), 0);
+            for y in 0..rows {
+                let tile_y = (y + shift_y) % rows * tiles_y / rows;
+                for z in 0..columns {
+                    let tile_z = (z + shift_z) % columns * tiles_z / columns;
+                    // At most 255 by 255.
+                    #[allow(clippy::cast_possible_truncation)]
+                    let tile = (tile_y * tiles_z + tile_z) as u16;
+                    self.tile_of[grid.cell(y, z)] = tile;
+                }
             }
         }
     }
@@ -125,15 +110,15 @@ impl Domains {
         [self.cuts[slab], self.cuts[slab + 1]]
     }
 
-    pub(super) fn tiles(&self) -> &[[Stretch; 2]] {
-        &self.tiles
+    /// Number of tiles.
+    pub(super) fn tiles(&self) -> usize {
+        self.tiles
     }
-}
 
-/// One of several equal stretches of an axis.
-fn stretch(number: usize, of: usize, shift: usize, cells: usize) -> Stretch {
-    let (begin, end) = (number * cells / of, (number + 1) * cells / of);
-    Stretch { first: (begin + shift) % cells, length: end - begin, cells }
+    /// Tile of each cell of a layer; empty if there is only one.
+    pub(super) fn tile_of(&self) -> &[u16] {
+        &self.tile_of
+    }
 }
 
 #[cfg(test)]
@@ -144,17 +129,18 @@ mod tests {
 
     #[test]
     fn domains_tile_the_box_and_cuts_go_everywhere() {
-        for (extents, particles, size) in [
-            ([60.0, 12.0, 12.0], 5000, 0.12),
-            ([300.0, 25.0, 25.0], 20_000, 0.75),
-            ([40.0, 90.0, 70.0], 90_000, 0.2),
+        for (extents, particles, size, tiles) in [
+            ([60.0, 12.0, 12.0], 5000, 0.12, 1),
+            ([300.0, 25.0, 25.0], 20_000, 0.75, 1),
+            ([40.0, 190.0, 70.0], 190_000, 0.2, 2),
+            ([20.0, 50.0, 900.0], 400_000, 0.1, 4),
         ] {
             let grid = Grid::new(&Slab::new(extents[0], extents[1], extents[2]).unwrap());
             let mut domains = Domains::new(Sizes::GOOD);
             let mut generator = Generator::seed_from_u64(1);
             let mut inside_some_slab = vec![false; grid.cells[0]];
             let mut inside_some_tile = vec![false; grid.cells[1]];
-            for _ in 0..2000 {
+            for _ in 0..500 {
                 domains.cut(&grid, particles, size, &mut generator);
                 assert!(domains.slabs() > 1);
                 assert_eq!((domains.cuts[0], *domains.cuts.last().unwrap()), (0, grid.cells[0]));
@@ -164,15 +150,23 @@ mod tests {
                     assert!(end >= begin + 2);
                     inside_some_slab[begin + 1..end].fill(true);
                 }
-                let mut covered = vec![0; grid.cells[1] * grid.cells[2]];
-                for [rows, columns] in domains.tiles() {
-                    for y in rows.cells() {
-                        assert!(rows.contains(y));
-                        columns.cells().for_each(|z| covered[y * grid.cells[2] + z] += 1);
-                    }
-                    rows.cells().skip(1).for_each(|y| inside_some_tile[y] = true);
+                if tiles == 1 {
+                    assert_eq!((domains.tiles(), domains.tile_of().len()), (1, 0));
+                    inside_some_tile.fill(true);
+                    continue;
                 }
-                assert!(covered.iter().all(|&times| times == 1));
+                assert!(domains.tiles() >= tiles);
+                // Tiles have no holes, and none is empty.
+                let mut cells = vec![0; domains.tiles()];
+                for (y, inside) in inside_some_tile.iter_mut().enumerate() {
+                    let before = (y + grid.cells[1] - 1) % grid.cells[1];
+                    for z in 0..grid.cells[2] {
+                        let tile = domains.tile_of()[grid.cell(y, z)];
+                        cells[usize::from(tile)] += 1;
+                        *inside |= domains.tile_of()[grid.cell(before, z)] == tile;
+                    }
+                }
+                assert!(cells.iter().all(|&cells| cells > 0));
             }
             assert!(inside_some_slab[1..].iter().all(|&inside| inside), "a cut that is always there");
             assert!(inside_some_tile.iter().all(|&inside| inside), "a cut that is always there");
@@ -185,7 +179,7 @@ mod tests {
         let mut domains = Domains::new(Sizes::GOOD);
         for particles in [1, 100, 500] {
             domains.cut(&grid, particles, 1.25, &mut Generator::seed_from_u64(1));
-            assert_eq!((domains.slabs(), domains.tiles().len()), (1, 1));
+            assert_eq!((domains.slabs(), domains.tiles()), (1, 1));
         }
     }
 }

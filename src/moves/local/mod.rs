@@ -111,6 +111,7 @@ impl LocalMoves {
 pub(crate) struct Engine {
     moves: LocalMoves,
     domains: Domains,
+    sweeps: u64,
     /// Of each slab.
     outcomes: Vec<Outcome>,
     /// One, or one for each slab where they are swept at the same time.
@@ -118,8 +119,17 @@ pub(crate) struct Engine {
 }
 
 impl Engine {
+    /// Spheres take thousands of sweeps to leave the domain that they are in.
+    const SWEEPS_BETWEEN_SORTS: u64 = 1000;
+
     pub(in crate::moves) fn new(moves: LocalMoves) -> Self {
-        Self { moves, domains: Domains::new(Sizes::GOOD), outcomes: Vec::new(), scratch: Vec::new() }
+        Self {
+            moves,
+            domains: Domains::new(Sizes::GOOD),
+            sweeps: 0,
+            outcomes: Vec::new(),
+            scratch: Vec::new(),
+        }
     }
 
     /// One sweep: as many trials as there are spheres.
@@ -132,6 +142,10 @@ impl Engine {
         sweep: &mut Sweep<'_, F, T, D>,
     ) -> Result<(), Error> {
         let Sweep { scene, drive, configuration, generator, tally, recorder, .. } = sweep;
+        if self.sweeps.is_multiple_of(Self::SWEEPS_BETWEEN_SORTS) {
+            configuration.sort();
+        }
+        self.sweeps += 1;
         let particles = configuration.len();
         let (grid, layers) = configuration.parts_mut();
         self.domains.cut(grid, particles, self.moves.maximum_displacement(), generator);
@@ -141,14 +155,11 @@ impl Engine {
         }
         let keys = [generator.next_u64(), generator.next_u64()];
         let moves = &self.moves;
-        let common = Common { scene, drive: *drive, grid, moves, record: recorder.is_some() };
+        let common = Common { scene, drive: *drive, grid, moves, domains, record: recorder.is_some() };
         let visit = |slab: usize, layers: &mut [Layer], outcome: &mut Outcome, scratch: &mut Scratch| {
             outcome.clear();
             let mut slice = Slice { layers, first: domains.slab(slab)[0] };
-            for (tile, &stretches) in domains.tiles().iter().enumerate() {
-                let mut generator = derived(keys, [slab, tile]);
-                slice.visit(&common, stretches, &mut generator, outcome, scratch);
-            }
+            slice.visit(&common, |tile| derived(keys, [slab, tile]), outcome, scratch);
         };
         for color in 0..2 {
             // Slabs of the same color do not see each other: one sweeps them in any order, or at once.

@@ -2,7 +2,7 @@
 
 use super::LocalMoves;
 use super::batch::{BATCH, Rules, Targets, Trial, Trials};
-use super::domains::Stretch;
+use super::domains::Domains;
 use crate::Scene;
 use crate::configuration::{Grid, Layer, NOBODY, neighbours_of};
 use crate::drive::{Drive, log_acceptance};
@@ -35,16 +35,22 @@ impl Outcome {
     }
 }
 
-/// Memory that visits use again.
+/// Where the spheres of a tile are.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Scratch {
-    /// Where the spheres of the domain are.
-    places: Vec<Place>,
+struct Census {
+    /// Those that move.
+    moving: Vec<Place>,
+    /// Those of the layers before and after; only if there are several tiles.
+    looked_at: Vec<Place>,
 }
+
+/// Memory that visits use again: a census of each tile.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Scratch(Vec<Census>);
 
 impl Scratch {
     pub(super) fn for_spheres(count: usize) -> Self {
-        Self { places: Vec::with_capacity(count) }
+        Self(vec![Census { moving: Vec::with_capacity(count), looked_at: Vec::new() }])
     }
 }
 
@@ -62,27 +68,35 @@ pub(super) struct Common<'a, F, T, D> {
     pub(super) drive: &'a D,
     pub(super) grid: &'a Grid,
     pub(super) moves: &'a LocalMoves,
+    pub(super) domains: &'a Domains,
     pub(super) record: bool,
 }
 
 impl Slice<'_> {
-    /// Makes as many trials as there are spheres in the domain.
+    /// Makes as many trials in each tile as there are spheres; `generator_of` a tile is its own.
     pub(super) fn visit<F, T, D: Drive<F, T>>(
         &mut self,
         common: &Common<'_, F, T, D>,
-        [rows, columns]: [Stretch; 2],
-        generator: &mut Generator,
+        generator_of: impl Fn(usize) -> Generator,
         outcome: &mut Outcome,
-        Scratch { places }: &mut Scratch,
+        Scratch(tiles): &mut Scratch,
     ) {
-        let grid = common.grid;
-        let cells = self.list(grid, [rows, columns], places);
-        let stretches = [rows, columns];
-        // Where most trials overlap, most of them are settled sooner.
-        if 10 * places.len() > 3 * cells {
-            self.try_all::<F, T, D, 4>(common, stretches, generator, outcome, places);
-        } else if !places.is_empty() {
-            self.try_all::<F, T, D, 2>(common, stretches, generator, outcome, places);
+        self.list(common.domains, tiles);
+        let cells =
+            (self.layers.len() - 2) * common.grid.cells[1] * common.grid.cells[2] / common.domains.tiles();
+        for (tile, census) in tiles.iter_mut().enumerate().take(common.domains.tiles()) {
+            let generator = &mut generator_of(tile);
+            self.read(common.domains, census);
+            let places = &mut census.moving;
+            // Where most trials overlap, most of them are settled sooner.
+            if 10 * places.len() > 3 * cells {
+                self.try_all::<F, T, D, 4>(common, tile, generator, outcome, places);
+            } else if !places.is_empty() {
+                self.try_all::<F, T, D, 2>(common, tile, generator, outcome, places);
+            }
+            if outcome.invalid.is_some() {
+                return;
+            }
         }
     }
 
@@ -90,21 +104,20 @@ impl Slice<'_> {
     fn try_all<F, T, D: Drive<F, T>, const EARLY: usize>(
         &mut self,
         common: &Common<'_, F, T, D>,
-        [rows, columns]: [Stretch; 2],
+        tile: usize,
         generator: &mut Generator,
         outcome: &mut Outcome,
         places: &mut [Place],
     ) {
-        let Common { scene, drive, grid, moves, record } = *common;
+        let Common { scene, drive, grid, moves, domains, record } = *common;
         let slab = scene.slab();
         let rules = Rules {
             grid,
             widths: slab.widths(),
             lowest: slab.lowest_center(),
             highest: slab.highest_center(),
-            rows,
-            columns,
-            tiled: !(rows.is_whole() && columns.is_whole()),
+            tile_of: domains.tile_of(),
+            tile,
         };
         let scales = moves.sizes.map(|size| size * (1.0 / (1_u64 << 32) as f64));
         let mut trials = Trials::<BATCH>::new();
@@ -171,13 +184,25 @@ impl Slice<'_> {
         }
     }
 
-    /// Lists the spheres of the domain, and returns the number of its cells.
-    fn list(&self, grid: &Grid, [rows, columns]: [Stretch; 2], places: &mut Vec<Place>) -> usize {
-        places.clear();
-        let whole = rows.is_whole() && columns.is_whole();
-        for (number, layer) in (0..).zip(self.layers.iter()).take(self.layers.len() - 1).skip(1) {
-            if whole {
+    /// Lists the spheres of each tile.
+    fn list(&self, domains: &Domains, tiles: &mut Vec<Census>) {
+        if tiles.len() < domains.tiles() {
+            tiles.resize_with(domains.tiles(), Census::default);
+        }
+        for census in tiles.iter_mut() {
+            census.moving.clear();
+            census.looked_at.clear();
+        }
+        let tile_of = domains.tile_of();
+        let last = self.layers.len() - 1;
+        for (number, layer) in (0..).zip(self.layers.iter()) {
+            let moving = number > 0 && (number as usize) < last;
+            if tile_of.is_empty() {
+                if !moving {
+                    continue;
+                }
                 // Written without a branch, and overwritten where there is a gap.
+                let places = &mut tiles[0].moving;
                 let mut listed = places.len();
                 places.resize(listed + layer.spheres.len(), Place::default());
                 for (index, sphere) in (0..).zip(&layer.spheres) {
@@ -185,15 +210,31 @@ impl Slice<'_> {
                     listed += usize::from(sphere.number != NOBODY);
                 }
                 places.truncate(listed);
-                continue;
-            }
-            for row in rows.cells() {
-                for column in columns.cells() {
-                    let spheres = layer.indices_in(grid.cell(row, column));
-                    places.extend(spheres.map(|index| Place { layer: number, index }));
+            } else {
+                for (index, sphere) in (0..).zip(&layer.spheres) {
+                    if sphere.number != NOBODY {
+                        let census = &mut tiles[usize::from(tile_of[sphere.cell as usize])];
+                        let places = if moving { &mut census.moving } else { &mut census.looked_at };
+                        places.push(Place { layer: number, index });
+                    }
                 }
             }
         }
-        rows.length() * columns.length() * (self.layers.len() - 2)
+    }
+
+    /// Reads what the trials of a tile are going to need: in the order of memory, or at least with no need to
+    /// wait for one thing before the next, and not at random, where the processor would wait each time.
+    fn read(&self, domains: &Domains, census: &Census) {
+        let mut read = 0;
+        if domains.tiles() == 1 {
+            self.layers.iter().for_each(|layer| read ^= layer.read());
+        } else {
+            census
+                .moving
+                .iter()
+                .chain(&census.looked_at)
+                .for_each(|place| read ^= self.layers[place.layer as usize].read_around(place.index));
+        }
+        std::hint::black_box(read);
     }
 }

@@ -81,6 +81,9 @@ fn main() -> Result<(), Failure> {
         runs.push((method, checkpoints));
     }
     println!("\n{}", table(&runs, arguments.target));
+    println!(
+        "≥: not reached; as if the error fell with the square root of time from the last checkpoint on."
+    );
     chart::draw(&runs, arguments.target, &arguments.out.join("time_to_accuracy"))?;
     println!("written to {}", arguments.out.display());
     Ok(())
@@ -133,14 +136,27 @@ fn measure(method: Method, arguments: &Arguments, reference: &Profile) -> Result
     }
 }
 
-/// CPU seconds at which an error falls below the target for good, between checkpoints by a power law.
-fn crossing(checkpoints: &[Checkpoint], target: f64, error: impl Fn(&Errors) -> f64) -> Option<f64> {
+/// CPU seconds at which an error falls below the target for good: between checkpoints by a power law, and
+/// beyond the last as if it fell with the square root of time, which is then too early for a column that has not yet
+/// relaxed.
+#[derive(Debug, Clone, Copy)]
+struct Crossing {
+    seconds: f64,
+    extrapolated: bool,
+}
+
+fn crossing(checkpoints: &[Checkpoint], target: f64, error: impl Fn(&Errors) -> f64) -> Option<Crossing> {
     let last_above = checkpoints.iter().rposition(|checkpoint| error(&checkpoint.errors) >= target);
-    let Some(above) = last_above else { return checkpoints.first().map(|first| first.seconds) };
-    let (before, after) = (checkpoints.get(above)?, checkpoints.get(above + 1)?);
+    let found = |seconds| Some(Crossing { seconds, extrapolated: false });
+    let Some(above) = last_above else { return found(checkpoints.first()?.seconds) };
+    let before = checkpoints.get(above)?;
+    let Some(after) = checkpoints.get(above + 1) else {
+        let ratio = error(&before.errors) / target;
+        return Some(Crossing { seconds: before.seconds * ratio * ratio, extrapolated: true });
+    };
     let (high, low) = (error(&before.errors), error(&after.errors));
     let part = libm::log(high / target) / libm::log(high / low);
-    Some(before.seconds * libm::pow(after.seconds / before.seconds, part))
+    found(before.seconds * libm::pow(after.seconds / before.seconds, part))
 }
 
 /// One of the errors.
@@ -163,16 +179,16 @@ fn table(runs: &[(Method, Vec<Checkpoint>)], target: f64) -> Table {
         for (_, error) in quantities {
             let own = crossing(checkpoints, target, error);
             let other = baseline.and_then(|(_, checkpoints)| crossing(checkpoints, target, error));
-            let spent = checkpoints.last().map_or(0.0, |last| last.seconds);
-            cells.push(own.map_or(format!("> {spent:.0}"), |seconds| format!("{seconds:.2}")));
-            cells.push(match (other, own) {
-                (Some(other), Some(own)) => format!("{:.1}", other / own),
-                (None, Some(own)) => {
-                    let least = baseline.and_then(|(_, all)| all.last()).map_or(0.0, |last| last.seconds);
-                    format!("> {:.0}", least / own)
-                }
-                _ => "?".into(),
-            });
+            let about = |extrapolated: bool| if extrapolated { "≥ " } else { "" };
+            cells
+                .push(own.map_or("?".into(), |own| format!("{}{:.2}", about(own.extrapolated), own.seconds)));
+            cells.push(own.zip(other).map_or("?".into(), |(own, other)| {
+                format!(
+                    "{}{:.1}",
+                    about(other.extrapolated && !own.extrapolated),
+                    other.seconds / own.seconds
+                )
+            }));
         }
         table.row(method.label(), cells);
     }

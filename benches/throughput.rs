@@ -1,11 +1,12 @@
-//! Trial moves per CPU second on one core: `cargo bench --bench throughput`.
+//! Trial moves per CPU second on one core, over sizes, and on several: `cargo bench --bench throughput`, with
+//! `--features rayon` for the last.
 //!
 //! Two homogeneous scenes without gravity bound what a column contains: a dense fluid (packing
 //! fraction 0.45, S = 0.12), where overlap tests dominate, and the paper's dilute start (n = 0.1,
 //! S = 0.75), where memory does. In each, three programs take turns: the paper's algorithm written
 //! plainly, the library, and the library with a drive specialised by hand, which shows what being
 //! generic costs. Ratios are medians over turns, in CPU time of this thread: absolute figures drift
-//! on a busy machine.
+//! on a busy machine. Then the time per trial of dilute systems of 10⁴ to 10⁷ spheres, and the wall time on one and on two threads.
 
 #![allow(clippy::print_stdout)]
 
@@ -13,11 +14,12 @@ mod plain;
 
 use gradient_mc::drive::{Drive, Scheme};
 use gradient_mc::field::UniformField;
-use gradient_mc::start::Positions;
+use gradient_mc::start::{Positions, Uniform};
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Error, Scene, Simulation, Slab};
 use plain::PlainColumn;
 use rustix::time::{ClockId, clock_gettime};
+use std::time::Instant;
 
 const PARTICLES: usize = 25_000;
 const TURNS: usize = 15;
@@ -94,7 +96,75 @@ fn compare(name: &str, number_density: f64, displacement: f64) -> Result<(), Err
     Ok(())
 }
 
+/// CPU time per trial of the dilute start, in a slab as high as the paper's and as wide as it takes.
+fn sizes() -> Result<(), Error> {
+    println!("dilute systems of several sizes");
+    for particles in [10_000, 100_000, 1_000_000, 10_000_000] {
+        let width = f64::sqrt(particles as f64 / 40.0);
+        let slab = Slab::new(400.0, width, width)?;
+        let scene = Scene::new(slab, particles, UniformField::new(0.0)?, Isothermal::new(TEMPERATURE)?)?;
+        let builder = Simulation::builder(scene).start(Uniform::new(0.1)).maximum_displacement(0.75);
+        let mut simulation = builder.seed(1).build()?;
+        let sweeps = (2_000_000 / particles).max(1) as u64;
+        simulation.equilibrate(2 * sweeps, &mut ())?;
+        let mut times = Vec::new();
+        for _ in 0..5 {
+            let start = cpu_seconds();
+            simulation.run(sweeps, &mut ())?;
+            times.push(1e9 * (cpu_seconds() - start) / (sweeps * particles as u64) as f64);
+        }
+        println!("  {particles:>8} spheres            {:>6.1} ns per trial move", median(times));
+    }
+    Ok(())
+}
+
+/// Wall time on two threads against one, and whether they agree.
+fn threads(name: &str, scene: Scene<UniformField, Isothermal>, displacement: f64) -> Result<(), Error> {
+    let builder = || Simulation::builder(scene).maximum_displacement(displacement).seed(3).build();
+    let mut simulations = [builder()?, builder()?];
+    let mut speedups = Vec::new();
+    for turn in 0..TURNS {
+        let mut seconds = [0.0; 2];
+        for (threads, (simulation, seconds)) in (1..).zip(simulations.iter_mut().zip(&mut seconds)) {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+            let Ok(pool) = pool else { continue };
+            let start = Instant::now();
+            pool.install(|| simulation.run(SWEEPS, &mut ()))?;
+            *seconds = start.elapsed().as_secs_f64();
+        }
+        if turn > 0 {
+            speedups.push(seconds[0] / seconds[1]);
+        }
+    }
+    let [one, two] = simulations.map(|simulation| simulation.positions());
+    let agreement = if one == two { "same bits" } else { "DIFFERENT BITS" };
+    println!("  {name:<24} {:>6.2} times as fast on two threads, {agreement}", median(speedups));
+    Ok(())
+}
+
+fn run() -> Result<(), Error> {
+    let dense = 0.45 * 6.0 / std::f64::consts::PI;
+    compare("dense: packing fraction 0.45, S = 0.12", dense, 0.12)?;
+    compare("dilute: n = 0.1, S = 0.75", 0.1, 0.75)?;
+    sizes()?;
+    if cfg!(feature = "rayon") {
+        println!("two threads against one, wall time");
+        let area = WIDTH * WIDTH;
+        let scene = |height: f64, particles: usize, acceleration: f64| {
+            let slab = Slab::new(height, WIDTH, WIDTH)?;
+            Scene::new(slab, particles, UniformField::new(acceleration)?, Isothermal::new(TEMPERATURE)?)
+        };
+        threads("dense", scene(2.0 * PARTICLES as f64 / (area * dense), 2 * PARTICLES, 0.0)?, 0.12)?;
+        threads("dilute", scene(400.0, PARTICLES, 0.0)?, 0.75)?;
+        threads("the paper's column", scene(400.0, PARTICLES, 1.0)?, 0.5)?;
+    }
+    Ok(())
+}
+
 fn main() -> Result<(), Error> {
-    compare("dense: packing fraction 0.45, S = 0.12", 0.45 * 6.0 / std::f64::consts::PI, 0.12)?;
-    compare("dilute: n = 0.1, S = 0.75", 0.1, 0.75)
+    // This thread is the whole pool, so that its CPU time is all there is.
+    match rayon::ThreadPoolBuilder::new().num_threads(1).use_current_thread().build() {
+        Ok(pool) => pool.install(run),
+        Err(_) => run(),
+    }
 }

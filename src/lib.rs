@@ -26,7 +26,7 @@
 //! method.
 //!
 //! # Limits
-//! Equal hard spheres; at most 10⁸ cubic diameters; local moves, which relax a column of 40 spheres
+//! Equal hard spheres; at most 2·10⁸ cubic diameters; local moves, which relax a column of 40 spheres
 //! per area only in some 10⁴ sweeps; and a self-consistent field that has to be checked
 //! (`docs/physics.md`, "Limits known").
 

@@ -28,9 +28,10 @@ impl Slab {
     pub const MINIMUM_HEIGHT: f64 = 2.0;
     /// Largest extent in diameters.
     pub const MAXIMUM_EXTENT: f64 = 1e6;
-    /// Largest volume of a scene in cubic diameters: the cell list takes four to eight bytes per cubic
-    /// diameter, and a lattice start up to fifty per square diameter of the base.
-    pub const MAXIMUM_VOLUME: f64 = 1e8;
+    /// Largest volume of a scene in cubic diameters, twice that of 10⁷ spheres in 400 x 500 x 500: cells take four to
+    /// eight bytes per cubic diameter (in slabs below ten diameters across more), spheres some 150 bytes each, and a
+    /// lattice start up to fifty bytes per square diameter of the base.
+    pub const MAXIMUM_VOLUME: f64 = 2e8;
 
     /// A slab of the given height and periodic widths along y and z, in diameters.
     ///

@@ -30,7 +30,7 @@
 //! pool they run in, with the same outcome.
 //!
 //! # Limits
-//! Equal hard spheres; at most 10⁸ cubic diameters; a self-consistent field that has to be checked
+//! Equal hard spheres; at most 2·10⁸ cubic diameters; a self-consistent field that has to be checked
 //! (`docs/physics.md`, "Limits known").
 
 #![warn(

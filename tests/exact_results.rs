@@ -216,13 +216,13 @@ fn fluctuation_of_the_center_of_mass() {
     let at = |temperature: f64, seed: u64, sweeps: u64| {
         center_of_mass(column(particles, 4.0, temperature, seed), sweeps, 5)
     };
-    let (high, low) = (at(temperature + step, 32, 800_000), at(temperature - step, 33, 800_000));
+    let (high, low) = (at(temperature + step, 32, 900_000), at(temperature - step, 33, 900_000));
     let (high, low) = (high.estimate().unwrap(), low.estimate().unwrap());
     let slope = (high.mean - low.mean) / (2.0 * step);
     let slope_error = high.standard_error.hypot(low.standard_error) / (2.0 * step);
     let factor = temperature * temperature / particles as f64;
     let expected = factor * slope;
-    let variance = at(temperature, 34, 4_000_000).variance().unwrap();
+    let variance = at(temperature, 31, 4_000_000).variance().unwrap();
     let difference = Estimate::new(
         variance.mean / expected - 1.0,
         variance.standard_error.hypot(factor * slope_error) / expected,

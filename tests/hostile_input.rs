@@ -151,7 +151,7 @@ fn slabs_that_are_too_small_too_large_or_not_numbers() {
         let slab = Slab::new(extents[0], extents[1], extents[2]).unwrap();
         let error = Scene::new(slab, 1, gravity(), warm()).unwrap_err();
         assert!(matches!(error, Error::SlabTooLarge { .. }), "{error:?}");
-        assert_says(&error, &[&shown(extents.iter().product()), "100000000", "lower the lid"]);
+        assert_says(&error, &[&shown(extents.iter().product()), "200000000", "lower the lid"]);
     }
     assert!(started.elapsed() < Duration::from_secs(5));
 }

@@ -29,7 +29,7 @@ fn panel(
     let mut panel = Panel::new(
         place,
         Axis::new("log₁₀ of CPU seconds", low, high).with_numbers(7),
-        Axis::new(label, -4.0, 1.5).with_numbers(7),
+        Axis::new(label, -4.0, 3.0).with_numbers(8),
     )
     .line("half a per cent", colors::GREY, Mark::Dashed, [(low, target.log10()), (high, target.log10())]);
     if left < 0.25 {

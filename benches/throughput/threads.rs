@@ -15,20 +15,30 @@ pub(crate) fn run() -> Result<(), Failure> {
         return Ok(());
     }
     println!();
-    for (name, packing_fraction, size) in [("dense", 0.45, 0.12), ("dilute", 0.0524, 0.75)] {
-        let scene = fluid(25_000, 25.0, packing_fraction)?;
+    // In a small system a sweep lasts a millisecond, and threads wait for each other.
+    for (name, packing_fraction, size, particles, width) in [
+        ("dense, 25 000 spheres", 0.45, 0.12, 25_000, 25.0),
+        ("dilute, 25 000 spheres", 0.0524, 0.75, 25_000, 25.0),
+        ("dense, 400 000 spheres", 0.45, 0.12, 400_000, 60.0),
+        ("dilute, 400 000 spheres", 0.0524, 0.75, 400_000, 60.0),
+    ] {
+        let scene = fluid(particles, width, packing_fraction)?;
+        let sweeps = SWEEPS * 25_000 / particles as u64 + 1;
         let moves = LocalMoves::new(size, scene.slab())?;
         let pools = [1, 2].map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build());
         let [one, two] = pools;
         let pools = [one?, two?];
         let build = || Simulation::builder(scene).moves(moves).seed(1).build();
         let mut simulations = [build()?, build()?];
+        for simulation in &mut simulations {
+            simulation.equilibrate(10, &mut ())?;
+        }
         let (mut ratios, mut cores) = (Vec::new(), Vec::new());
         for _ in 0..TURNS {
             let mut seconds = [0.0; 2];
             for ((simulation, pool), seconds) in simulations.iter_mut().zip(&pools).zip(&mut seconds) {
                 let (wall, cpu) = (Instant::now(), cpu_seconds());
-                pool.install(|| simulation.run(SWEEPS, &mut ()))?;
+                pool.install(|| simulation.run(sweeps, &mut ()))?;
                 *seconds = wall.elapsed().as_secs_f64();
                 if pool.current_num_threads() == 2 {
                     cores.push((cpu_seconds() - cpu) / *seconds);

@@ -26,7 +26,7 @@
 //! method.
 //!
 //! Sweeps consist of local moves or of event chains ([`moves`]); chains bring a column to its steady state
-//! 40 to 70 times sooner (`docs/event_chains.md`). With the feature `rayon` sweeps of local moves share the threads of the
+//! some 30 times sooner or more (`docs/performance.md`). With the feature `rayon` sweeps of local moves share the threads of the
 //! pool they run in, with the same outcome.
 //!
 //! # Limits

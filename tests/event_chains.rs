@@ -6,7 +6,8 @@
 mod common;
 
 use common::exact::{
-    TWO_SPHERES_MEAN, TWO_SPHERES_VARIANCE, agrees, contact_density, ideal_gas_mean, mean_height,
+    TWO_SPHERES_MEAN, TWO_SPHERES_VARIANCE, agrees, center_of_mass, contact_density, ideal_gas_mean,
+    mean_height,
 };
 use common::scenes::FieldCase;
 use gradient_mc::drive::{ClosedForm, Drive, EquationOfStateClosure, Scheme, SelfConsistent};
@@ -34,19 +35,6 @@ fn tuned(rule: FieldEvent) -> EventChains {
     EventChains::default().field_event(rule).local_moves(None)
 }
 
-/// Center-of-mass series from a run with the given length, equilibrated for a tenth of it.
-fn center_of_mass<F, T, D>(mut simulation: Simulation<F, T, D>, sweeps: u64) -> CenterOfMass
-where
-    F: Field,
-    T: TemperatureProfile,
-    D: Drive<F, T>,
-{
-    let mut observer = Every::new(10, CenterOfMass::new());
-    simulation.equilibrate(sweeps / 10, &mut ()).unwrap();
-    simulation.run(sweeps, &mut observer).unwrap();
-    observer.observer
-}
-
 /// One sphere, which has the profile n ∝ exp(−u).
 fn one_sphere<F: Field, T: TemperatureProfile>(
     height: f64,
@@ -64,7 +52,7 @@ fn one_sphere_in_a_uniform_field() {
         // The last is as long as the slab is high.
         for moves in [tuned(rule), chains(0.7, rule), chains(60.0, rule)] {
             let builder = one_sphere(60.0, UniformField::default(), Isothermal::new(temperature).unwrap());
-            let heights = center_of_mass(builder.moves(moves).build().unwrap(), 3_000_000);
+            let heights = center_of_mass(builder.moves(moves).build().unwrap(), 3_000_000, 10);
             agrees("mean height", heights.estimate().unwrap(), 0.5 + temperature, 0.025).unwrap();
             // Var(x) = T² for one sphere.
             agrees("variance", heights.variance().unwrap(), temperature * temperature, 0.16).unwrap();
@@ -79,7 +67,7 @@ fn ideal_gas_under_a_lid() {
     let exact = 0.5 + temperature - free / (free / temperature).exp_m1();
     for rule in RULES {
         let builder = one_sphere(height, UniformField::default(), Isothermal::new(temperature).unwrap());
-        let heights = center_of_mass(builder.moves(chains(20.0, rule)).build().unwrap(), 3_000_000);
+        let heights = center_of_mass(builder.moves(chains(20.0, rule)).build().unwrap(), 3_000_000, 10);
         agrees("mean height", heights.estimate().unwrap(), exact, 0.06).unwrap();
     }
 }
@@ -88,7 +76,7 @@ fn ideal_gas_under_a_lid() {
 fn one_sphere_without_a_field() {
     let builder = one_sphere(9.0, UniformField::new(0.0).unwrap(), Isothermal::new(1.0).unwrap());
     let heights =
-        center_of_mass(builder.moves(chains(5.0, FieldEvent::Relocate)).build().unwrap(), 1_000_000);
+        center_of_mass(builder.moves(chains(5.0, FieldEvent::Relocate)).build().unwrap(), 1_000_000, 10);
     agrees("mean height", heights.estimate().unwrap(), 4.5, 0.03).unwrap();
     agrees("variance", heights.variance().unwrap(), 64.0 / 12.0, 0.08).unwrap();
 }
@@ -100,7 +88,7 @@ fn one_sphere_in_fields_that_turn_round() {
         // Down below, up above: a hill of the potential, then the lid.
         let field = SumField(UniformField::new(1.5).unwrap(), LinearField::new(0.0, -0.3).unwrap());
         let builder = one_sphere(12.0, field, Isothermal::new(temperature).unwrap());
-        let heights = center_of_mass(builder.moves(chains(5.0, rule)).build().unwrap(), 3_000_000);
+        let heights = center_of_mass(builder.moves(chains(5.0, rule)).build().unwrap(), 3_000_000, 10);
         let exact = mean_height(12.0, |x| (-(1.5 * x - 0.15 * x * x) / temperature).exp());
         agrees("hill", heights.estimate().unwrap(), exact, 0.04).unwrap();
 
@@ -108,7 +96,7 @@ fn one_sphere_in_fields_that_turn_round() {
         let wave = FieldCase::Wave(3.0, 1.9);
         let slab = Slab::new(12.0, 3.0, 4.0).unwrap();
         let builder = one_sphere(12.0, wave.make(&slab), Isothermal::new(temperature).unwrap());
-        let heights = center_of_mass(builder.moves(chains(5.0, rule)).build().unwrap(), 3_000_000);
+        let heights = center_of_mass(builder.moves(chains(5.0, rule)).build().unwrap(), 3_000_000, 10);
         let exact = mean_height(12.0, |x| (-wave.potential(x) / temperature).exp());
         agrees("wave", heights.estimate().unwrap(), exact, 0.02).unwrap();
     }
@@ -128,7 +116,7 @@ fn one_sphere_where_both_fields_vary() {
                 let force = |x: f64| simulation.drive().reduced_force(simulation.scene(), x);
                 assert!(force(1.0) < 0.0 && force(12.0) > 0.0);
             }
-            center_of_mass(simulation, 3_000_000).estimate().unwrap()
+            center_of_mass(simulation, 3_000_000, 10).estimate().unwrap()
         };
         let exact = ideal_gas_mean(height, base, alpha, beta);
         for rule in RULES {
@@ -144,7 +132,7 @@ fn two_spheres() {
     for rule in RULES {
         for moves in [chains(0.4, rule), chains(3.0, rule), tuned(rule)] {
             let build = || Simulation::builder(scene).start(Uniform::default()).moves(moves).seed(5).build();
-            let heights = center_of_mass(build().unwrap(), 2_000_000);
+            let heights = center_of_mass(build().unwrap(), 2_000_000, 10);
             agrees("mean height", heights.estimate().unwrap(), TWO_SPHERES_MEAN, 0.01).unwrap();
             agrees("variance", heights.variance().unwrap(), TWO_SPHERES_VARIANCE, 0.016).unwrap();
         }
@@ -338,7 +326,7 @@ fn a_compact_start_melts() {
     let mut heights = CenterOfMass::new();
     simulation.run(4000, &mut heights).unwrap();
     let local = Simulation::builder(scene).maximum_displacement(0.8).seed(3).build().unwrap();
-    let local = center_of_mass(local, 40_000).estimate().unwrap();
+    let local = center_of_mass(local, 40_000, 10).estimate().unwrap();
     agree(&[heights.estimate().unwrap()], &[local], 0.02).unwrap();
 }
 
@@ -492,7 +480,7 @@ fn a_closed_box_without_a_field_is_symmetric() {
     for rule in RULES {
         let moves = tuned(rule);
         let heights =
-            center_of_mass(Simulation::builder(scene).moves(moves).seed(2).build().unwrap(), 40_000);
+            center_of_mass(Simulation::builder(scene).moves(moves).seed(2).build().unwrap(), 40_000, 10);
         agrees("middle", heights.estimate().unwrap(), 3.0, 0.02).unwrap();
     }
 }

@@ -6,7 +6,8 @@
 mod common;
 
 use common::exact::{
-    TWO_SPHERES_MEAN, TWO_SPHERES_VARIANCE, agrees, contact_density, ideal_gas_mean, mean_height,
+    TWO_SPHERES_MEAN, TWO_SPHERES_VARIANCE, agrees, center_of_mass, contact_density, ideal_gas_mean,
+    mean_height,
 };
 use gradient_mc::drive::{Drive, EquationOfStateClosure, Scheme, SelfConsistent};
 use gradient_mc::equation_of_state::IdealGas;
@@ -16,19 +17,6 @@ use gradient_mc::start::Uniform;
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{Error, Every, Field, Scene, Simulation, SimulationBuilder, Slab, TemperatureProfile};
-
-/// Center-of-mass series from a run with the given equilibration and length.
-fn center_of_mass<F, T, D>(mut simulation: Simulation<F, T, D>, sweeps: u64, interval: u64) -> CenterOfMass
-where
-    F: Field,
-    T: TemperatureProfile,
-    D: Drive<F, T>,
-{
-    let mut observer = Every::new(interval, CenterOfMass::new());
-    simulation.equilibrate(sweeps / 10, &mut ()).unwrap();
-    simulation.run(sweeps, &mut observer).unwrap();
-    observer.observer
-}
 
 /// One sphere, which has the profile n ∝ exp(−u): the drive is all there is.
 fn one_sphere<F: Field, T: TemperatureProfile>(

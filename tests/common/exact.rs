@@ -1,6 +1,9 @@
 //! Results that are known exactly, and how a sampled one is compared with them.
 
+use gradient_mc::drive::Drive;
+use gradient_mc::observers::CenterOfMass;
 use gradient_mc::statistics::Estimate;
+use gradient_mc::{Every, Field, Simulation, TemperatureProfile};
 
 /// Whether an estimate agrees with an exact value: 4 standard errors, the error bar capped.
 pub fn agrees(what: &str, estimate: Estimate, exact: f64, largest_error: f64) -> Result<(), String> {
@@ -51,4 +54,22 @@ pub fn contact_density(bins: &[f64]) -> f64 {
         right += row * density.ln();
     }
     normal.lu().solve(&right).map_or(f64::NAN, |solution| solution[0].exp())
+}
+
+/// Center-of-mass series, every `interval` sweeps, from a run of the given length, equilibrated for a tenth
+/// of it.
+pub fn center_of_mass<F, T, D>(
+    mut simulation: Simulation<F, T, D>,
+    sweeps: u64,
+    interval: u64,
+) -> CenterOfMass
+where
+    F: Field,
+    T: TemperatureProfile,
+    D: Drive<F, T>,
+{
+    let mut observer = Every::new(interval, CenterOfMass::new());
+    simulation.equilibrate(sweeps / 10, &mut ()).unwrap();
+    simulation.run(sweeps, &mut observer).unwrap();
+    observer.observer
 }

@@ -1,7 +1,7 @@
 //! The simulation: a scene, its drive, a configuration and a generator.
 
 use crate::configuration::Configuration;
-use crate::drive::{ClosedForm, Drive, IsothermalDrive, Phase, Scheme};
+use crate::drive::{Certificate, ClosedForm, Drive, IsothermalDrive, MappedDrive, Phase, Scheme};
 use crate::moves::{Engine, LocalMoves, Moves, Sweep};
 use crate::observer::{Frame, Observer, Tally};
 use crate::random::Generator;
@@ -195,6 +195,34 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
             sweep: self.sweep,
             tally: &self.tally,
         }
+    }
+}
+
+impl<F, T, A> Simulation<F, T, MappedDrive<A>> {
+    /// Whether the production run so far can be trusted: whether the field it was made in is that of the density which
+    /// it made, to a relative `tolerance`, and whether the column was at rest.
+    ///
+    /// Only temperatures that vary need one; isothermal scenes have no field that could be wrong.
+    ///
+    /// ```
+    /// use gradient_mc::{Scene, Simulation, Slab, drive::SelfConsistent, moves::EventChains};
+    /// use gradient_mc::{field::UniformField, temperature::ExponentialTemperature};
+    /// let temperature = ExponentialTemperature::new(5.0, 0.02)?;
+    /// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 180, UniformField::default(), temperature)?;
+    /// let builder = Simulation::builder(scene).scheme(SelfConsistent::default());
+    /// let mut simulation = builder.moves(EventChains::default()).seed(1).build()?;
+    /// simulation.equilibrate(1000, &mut ())?;
+    /// simulation.run(1000, &mut ())?;
+    /// let certificate = simulation.certificate(0.05)?;
+    /// assert!(certificate.is_converged(), "{certificate}");
+    /// # Ok::<(), gradient_mc::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] for a tolerance that is not positive and finite; [`Error::TooFewObservations`] for a
+    /// production run below 320 sweeps.
+    pub fn certificate(&self, tolerance: f64) -> Result<Certificate, Error> {
+        self.drive.force_balance().certificate(tolerance)
     }
 }
 

@@ -213,9 +213,9 @@ impl<T: TemperatureProfile + Copy> Column<T> {
         S: Scheme<Box<dyn Field>, T> + Copy,
     {
         let local = LocalMoves::new(0.8, self.scene().slab()).unwrap();
-        let local = self.observe(scheme, local.into(), 80_000).unwrap();
+        let local = self.observe(scheme, local.into(), 110_000).unwrap();
         let choices = [EventChains::default(), tuned(FieldEvent::Relocate), chains(6.0, FieldEvent::Reverse)];
-        let found = choices.map(|moves| self.observe(scheme, moves.into(), 36_000).unwrap());
+        let found = choices.map(|moves| self.observe(scheme, moves.into(), 50_000).unwrap());
         for found in &found {
             agree(&found[..1], &local[..1], 1.5 * self.contact_cap).unwrap();
             agree(&found[1..], &local[1..], 0.03).unwrap();

@@ -190,7 +190,7 @@ fn contact_density_carries_the_weight() {
     let profile = DensityProfile::with_range(simulation.scene().slab(), 0.5, 0.7, 10).unwrap();
     let mut observer = Every::new(2, profile);
     simulation.equilibrate(10_000, &mut ()).unwrap();
-    simulation.run(500_000, &mut observer).unwrap();
+    simulation.run(800_000, &mut observer).unwrap();
     let contact = observer.observer.jackknife(|bins| [contact_density(bins)]).unwrap()[0];
     let exact = simulation.scene().column_density() / temperature;
     agrees("contact density", contact, exact, 0.01 * exact).unwrap();

@@ -438,13 +438,14 @@ fn bins_of_schemes() {
             EquationOfStateClosure::new(NoInteraction).bin_width(value).drive(&cooling()).unwrap_err(),
         ] {
             assert!(matches!(error, Error::InvalidBins { .. }), "{error:?}");
-            assert_says(&error, &["50 diameters", "take between 1 and"]);
+            // The range of the centres.
+            assert_says(&error, &["49 diameters", "take between 1 and"]);
         }
     }
-    assert_says(&Instantaneous::new(1e-7).drive(&cooling()).unwrap_err(), &["500000000 bins"]);
+    assert_says(&Instantaneous::new(1e-7).drive(&cooling()).unwrap_err(), &["490000000 bins"]);
     // A single bin is a bin, and no interval is an interval of one.
     assert!(Instantaneous::new(1e6).drive(&cooling()).is_ok());
-    let scheme = SelfConsistent::default().bin_width(f64::MAX).update_interval(0);
+    let scheme = SelfConsistent::default().bin_width(f64::MAX);
     let mut simulation = Simulation::builder(cooling()).scheme(scheme).start(Compact).build().unwrap();
     simulation.equilibrate(3, &mut Every::new(0, ())).unwrap();
     simulation.run(3, &mut ()).unwrap();

@@ -1,12 +1,11 @@
 //! The effective field from an equation of state, once and for all.
 
-use super::Scheme;
-use super::effective_potential::{EffectivePotential, Mapping};
+use super::column_average::Prior;
+use super::{Adaptation, EffectivePotential, MappedDrive, Scheme};
 use crate::equation_of_state::{EquationOfState, FluidSolid};
-use crate::hydrostatics::{HydrostaticProfile, Hydrostatics};
 use crate::{Error, Field, Scene, TemperatureProfile};
 
-/// P/n = T Z(η) at the theory profile: u' = a/T + Z T'/T (eq. 20 of
+/// P/n = T Z(η) at the theory profile [between walls](crate::Hydrostatics::between_walls): u' = a/T + Z T'/T (eq. 20 of
 /// doi:10.1103/PhysRevE.83.061306, divided by T).
 ///
 /// Detailed balance is exact and nothing has to converge, but the equation of state is imposed, not
@@ -50,32 +49,25 @@ impl Default for EquationOfStateClosure<FluidSolid> {
     }
 }
 
-impl<F: Field, T: TemperatureProfile, E: EquationOfState> Scheme<F, T> for EquationOfStateClosure<E> {
-    type Drive = EffectivePotential;
+/// Of [`EquationOfStateClosure`]: the potential stays what it is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Imposed {
+    lid_pressure: f64,
+}
 
-    fn drive(self, scene: &Scene<F, T>) -> Result<EffectivePotential, Error> {
-        let mapping = Mapping::new(scene, self.bin_width)?;
-        let ratios = theory_ratios(scene, &mapping, &self.equation_of_state)?;
-        let potential = mapping.potential(|bin| ratios[bin]);
-        mapping.check(&potential)?;
-        Ok(potential)
+impl Adaptation for Imposed {
+    fn lid_pressure(&self) -> f64 {
+        self.lid_pressure
     }
 }
 
-/// P/n = T Z in the middle of each bin at the theory profile.
-pub(super) fn theory_ratios<F: Field, T: TemperatureProfile>(
-    scene: &Scene<F, T>,
-    mapping: &Mapping,
-    equation_of_state: &impl EquationOfState,
-) -> Result<Vec<f64>, Error> {
-    let profile: HydrostaticProfile =
-        Hydrostatics::new(scene.field(), scene.temperature(), equation_of_state)
-            .lid(scene.slab().height())
-            .column_density(scene.column_density())?;
-    let ratio = |bin: usize| {
-        let height = (bin as f64 + 0.5) * mapping.width();
-        let factor = equation_of_state.compressibility_factor(profile.packing_fraction(height));
-        scene.temperature().temperature(height) * factor
-    };
-    Ok((0..mapping.bins()).map(ratio).collect())
+impl<F: Field, T: TemperatureProfile, E: EquationOfState> Scheme<F, T> for EquationOfStateClosure<E> {
+    type Drive = MappedDrive<Imposed>;
+
+    fn drive(self, scene: &Scene<F, T>) -> Result<MappedDrive<Imposed>, Error> {
+        let mut potential = EffectivePotential::new(scene, self.bin_width)?;
+        let Prior { ratios, lid_pressure, .. } = Prior::new(scene, &potential, &self.equation_of_state, 0.0)?;
+        potential.set(|bin| ratios[bin])?;
+        MappedDrive::new(scene, potential, Imposed { lid_pressure })
+    }
 }

@@ -1,7 +1,7 @@
 //! The paper's scheme: the effective field of every sweep comes from that sweep's own histogram.
 
-use super::effective_potential::{EffectivePotential, Histogram, Mapping};
-use super::{Drive, Phase, Scheme};
+use super::column_average::ColumnAverage;
+use super::{Adaptation, EffectivePotential, MappedDrive, Phase, Scheme};
 use crate::{Centers, Error, Field, Scene, TemperatureProfile};
 
 /// The effective field from the histogram of the current configuration, remade every sweep, as in
@@ -9,8 +9,10 @@ use crate::{Centers, Error, Field, Scene, TemperatureProfile};
 ///
 /// The rule that accepts a move depends on the configuration through the histogram and is not
 /// corrected for it, so detailed balance does not hold. A bin that holds k spheres of Poisson mean
-/// λ contributes E[1/k] > 1/λ, which over-weights the gradient term by about 1/λ of itself:
-/// narrow bins and small bases are biased most. An empty bin takes the ideal-gas value P/n = T.
+/// λ contributes E[1/k] > 1/λ, which over-weights the gradient term by about 1/λ of itself wherever a move crosses
+/// bins: narrow bins and small bases are biased most (`docs/seven_per_cent.md`). An empty bin takes the ideal-gas
+/// value P/n = T. Certificates of such a run always say
+/// [`FreezeTheField`](super::Suggestion::FreezeTheField).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Instantaneous {
     bin_width: f64,
@@ -32,12 +34,12 @@ impl Default for Instantaneous {
 }
 
 /// The drive of [`Instantaneous`].
+pub type InstantaneousDrive = MappedDrive<EverySweep>;
+
+/// Of [`Instantaneous`]: P/n of the last configuration.
 #[derive(Debug, Clone)]
-pub struct InstantaneousDrive {
-    potential: EffectivePotential,
-    generation: u64,
-    mapping: Mapping,
-    histogram: Histogram,
+pub struct EverySweep {
+    histogram: ColumnAverage,
     temperatures: Vec<f64>,
 }
 
@@ -45,44 +47,35 @@ impl<F: Field, T: TemperatureProfile> Scheme<F, T> for Instantaneous {
     type Drive = InstantaneousDrive;
 
     fn drive(self, scene: &Scene<F, T>) -> Result<InstantaneousDrive, Error> {
-        let mapping = Mapping::new(scene, self.bin_width)?;
-        let temperatures: Vec<f64> = (0..mapping.bins())
-            .map(|bin| scene.temperature().temperature((bin as f64 + 0.5) * mapping.width()))
-            .collect();
+        let mut potential = EffectivePotential::new(scene, self.bin_width)?;
+        let temperatures: Vec<f64> =
+            potential.heights().map(|height| scene.temperature().temperature(height)).collect();
         // Until the first sweep has been counted.
-        let potential = mapping.potential(|bin| temperatures[bin]);
-        mapping.check(&potential)?;
-        let histogram = Histogram::new(mapping.bins());
-        Ok(InstantaneousDrive { potential, generation: 0, mapping, histogram, temperatures })
+        potential.set(|bin| temperatures[bin])?;
+        let histogram = ColumnAverage::new(potential.bins());
+        MappedDrive::new(scene, potential, EverySweep { histogram, temperatures })
     }
 }
 
-impl<F: Field, T: TemperatureProfile> Drive<F, T> for InstantaneousDrive {
-    #[inline]
-    fn reduced_potential(&self, scene: &Scene<F, T>, height: f64) -> f64 {
-        self.potential.reduced_potential(scene, height)
-    }
+impl Adaptation for EverySweep {
+    const CERTIFIABLE: bool = false;
 
-    #[inline]
-    fn reduced_force(&self, scene: &Scene<F, T>, height: f64) -> f64 {
-        self.potential.reduced_force(scene, height)
-    }
-
-    #[inline]
-    fn generation(&self) -> u64 {
-        self.generation
-    }
-
-    fn after_sweep(&mut self, scene: &Scene<F, T>, centers: Centers<'_>, _: Phase) -> Result<(), Error> {
+    fn after_sweep<F: Field, T: TemperatureProfile>(
+        &mut self,
+        potential: &mut EffectivePotential,
+        scene: &Scene<F, T>,
+        centers: Centers<'_>,
+        _: Phase,
+    ) -> Result<(), Error> {
         self.histogram.clear();
-        self.histogram.add(&self.mapping, scene, centers);
-        let rows = self.histogram.counts_and_pressures(&self.mapping, scene.slab().base_area(), 0.0);
+        self.histogram.add(potential, scene, centers);
+        // The paper takes the pressure far above to be zero.
+        let area = scene.slab().base_area();
+        let rows = self.histogram.counts_and_pressures(potential.bin_width(), area, 0.0);
         let temperatures = &self.temperatures;
-        self.mapping.update(&mut self.potential, |bin| {
+        potential.set(|bin| {
             let [count, pressure] = rows[bin];
             if count > 0.0 { pressure / count } else { temperatures[bin] }
-        });
-        self.generation += 1;
-        self.mapping.check(&self.potential)
+        })
     }
 }

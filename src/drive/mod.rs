@@ -8,9 +8,14 @@
 //! | scheme | u is | detailed balance | what it rests on |
 //! |---|---|---|---|
 //! | [`ClosedForm`] | φ(x)/T, in closed form | exact | nothing: isothermal scenes only |
-//! | [`SelfConsistent`] | measured while equilibrating, then frozen | exact in production | the equilibration was long enough |
+//! | [`SelfConsistent`] | iterated while equilibrating, then frozen | exact in production | the equilibration was long enough |
 //! | [`EquationOfStateClosure`] | from the theory profile, once | exact | the equation of state |
+//! | [`AveragedThenFrozen`] | a running average while equilibrating, then frozen | exact in production | the start is forgotten, slowly |
+//! | [`RunningAverage`] | a running average, for ever | asymptotically | the same |
 //! | [`Instantaneous`] | remade every sweep from that sweep's histogram (the 2011 paper) | violated | many spheres in every bin |
+//!
+//! Whatever the scheme, [`Simulation::certificate`](crate::Simulation::certificate) says after a production run whether
+//! the field was that of the density that it made.
 //!
 //! # The effective field
 //! With a temperature that varies, T(x) put straight into the Metropolis rule gives a wrong profile.
@@ -19,20 +24,27 @@
 //!
 //! u'(x) = a/T + (P/n) T'/T² = −(1/n) d(P/T)/dx,  P(x) = P(lid) + ∫ₓ a n dx'.
 //!
-//! To add a scheme, implement [`Scheme`] and [`Drive`] in a file of its own; nothing else decides
-//! acceptance.
+//! To add a scheme, implement [`Scheme`] and [`Adaptation`] in a file of its own (or [`Drive`], for a potential that is
+//! not an effective one); nothing else decides acceptance.
 
+mod certificate;
+mod column_average;
 mod effective_potential;
 mod equation_of_state_closure;
 mod instantaneous;
 mod isothermal;
+mod mapped;
+mod running_average;
 mod self_consistent;
 
+pub use certificate::{Certificate, Convergence, ForceBalance, ForceBalancePoint, Suggestion};
 pub use effective_potential::EffectivePotential;
-pub use equation_of_state_closure::EquationOfStateClosure;
-pub use instantaneous::{Instantaneous, InstantaneousDrive};
+pub use equation_of_state_closure::{EquationOfStateClosure, Imposed};
+pub use instantaneous::{EverySweep, Instantaneous, InstantaneousDrive};
 pub use isothermal::{ClosedForm, IsothermalDrive};
-pub use self_consistent::{SelfConsistent, SelfConsistentDrive};
+pub use mapped::{Adaptation, MappedDrive};
+pub use running_average::{AveragedThenFrozen, Averaging, RunningAverage};
+pub use self_consistent::{Iteration, SelfConsistent, SelfConsistentDrive};
 
 use crate::numerics::differentiate;
 use crate::{Centers, Error, Scene};

@@ -47,6 +47,21 @@ pub struct EquationOfStatePoint {
     pub compressibility_factor: Estimate,
 }
 
+/// Means of one bin over all frames, or over those that a jackknife leaves; see
+/// [`EquationOfStateProfile::jackknife`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct BinState {
+    /// Middle of the bin.
+    pub height: f64,
+    /// Temperature there, in m g d.
+    pub temperature: f64,
+    /// Number density, in inverse cubic diameters.
+    pub number_density: f64,
+    /// Pressure, in m g/d².
+    pub pressure: f64,
+}
+
 /// How far one bin is from an equation of state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -156,6 +171,44 @@ impl EquationOfStateProfile {
             DeviationPoint { height, packing_fraction: super::packing_fraction(density), deviation }
         });
         Ok(points.collect())
+    }
+
+    /// Any function of the states of all bins, upwards, with errors by the jackknife over blocks: means over groups of
+    /// bins, fits, integrals. `function` must return the same number of values each time.
+    ///
+    /// ```
+    /// use gradient_mc::observers::{BinState, EquationOfStateProfile};
+    /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+    /// let slab = Slab::new(60.0, 6.0, 6.0)?;
+    /// let scene = Scene::new(slab, 72, UniformField::default(), Isothermal::new(5.0)?)?;
+    /// let mut profile = EquationOfStateProfile::new(&slab, 60)?;
+    /// Simulation::builder(scene).build()?.run(64, &mut profile)?;
+    /// // The mean of P/(nT) over a range of heights, as a ratio of means.
+    /// let range = |states: &[BinState]| {
+    ///     let range = states.iter().filter(|state| (8.0..12.0).contains(&state.height));
+    ///     let pressure: f64 = range.clone().map(|state| state.pressure).sum();
+    ///     [pressure / range.map(|state| state.number_density * state.temperature).sum::<f64>()]
+    /// };
+    /// println!("{}", profile.jackknife(range)?[0]);
+    /// # Ok::<(), gradient_mc::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::TooFewObservations`] below 16 frames.
+    pub fn jackknife<R: AsRef<[f64]>>(
+        &self,
+        mut function: impl FnMut(&[BinState]) -> R,
+    ) -> Result<Vec<Estimate>, Error> {
+        let mut states = Vec::with_capacity(self.bins.count());
+        self.averages.jackknife(|means| {
+            states.clear();
+            let rows = self.bins.centers().zip(&self.temperatures).enumerate();
+            states.extend(rows.map(|(bin, (height, &temperature))| {
+                let (number_density, pressure) = self.state(means, bin);
+                BinState { height, temperature, number_density, pressure }
+            }));
+            function(&states)
+        })
     }
 
     /// A function of packing fraction, density, pressure and temperature for every bin, with its error;

@@ -23,7 +23,7 @@ pub use center_of_mass::CenterOfMass;
 pub use chain_pressure::{ChainPressurePoint, ChainPressureProfile};
 pub use density::{DensityPoint, DensityProfile};
 pub use displacement::{DisplacementPoint, DisplacementProfile};
-pub use equation_of_state::{DeviationPoint, EquationOfStatePoint, EquationOfStateProfile};
+pub use equation_of_state::{BinState, DeviationPoint, EquationOfStatePoint, EquationOfStateProfile};
 pub use pressure::{PressurePoint, PressureProfile};
 
 use crate::Error;

@@ -30,8 +30,7 @@ impl Start for Theory {
         const ROOM: f64 = 1.15;
         let equation_of_state = FluidSolid::default();
         let profile = Hydrostatics::new(scene.field(), scene.temperature(), &equation_of_state)
-            .lid(scene.slab().height())
-            .column_density(scene.column_density())?;
+            .between_walls(scene.slab(), scene.column_density())?;
         let slab = scene.slab();
         let mut lattice = Lattice::densest(slab);
         let (_, densest) = profile.density_maximum();

@@ -181,6 +181,7 @@ pub fn triples_in(slab: Slab) -> impl Strategy<Value = Vec<[f64; 3]>> {
 /// u = φ/T(0) + ∫ a (1/T - 1/T(0)) dx - ∫ (P/n) d(1/T), the sum of the last two linear within bins and P/n constant.
 #[derive(Debug, Clone)]
 pub struct Rebuilt {
+    lowest: f64,
     width: f64,
     edges: Vec<f64>,
 }
@@ -194,23 +195,23 @@ impl Rebuilt {
         temperature: &dyn TemperatureProfile,
         ratio: impl Fn(usize) -> f64,
     ) -> Self {
-        let width = slab.height() / bins as f64;
+        let (lowest, width) = (slab.lowest_center(), (slab.height() - 1.0) / bins as f64);
         let inverse = |height: f64| 1.0 / temperature.temperature(height);
         let at_base = inverse(0.0);
         let mut edges = vec![0.0];
         let mut sum = 0.0;
         for bin in 0..bins {
-            let (low, high) = (bin as f64 * width, (bin + 1) as f64 * width);
+            let (low, high) = (lowest + bin as f64 * width, lowest + (bin + 1) as f64 * width);
             sum += integrate(|x| acceleration(x) * (inverse(x) - at_base), low, high, 8);
             sum -= ratio(bin) * (inverse(high) - inverse(low));
             edges.push(sum);
         }
-        Self { width, edges }
+        Self { lowest, width, edges }
     }
 
     /// The correction to φ/T(0).
     pub fn correction(&self, height: f64) -> f64 {
-        let scaled = height / self.width;
+        let scaled = (height - self.lowest) / self.width;
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let bin = (scaled as usize).min(self.edges.len() - 2);
         let part = scaled - bin as f64;

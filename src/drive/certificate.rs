@@ -1,0 +1,372 @@
+//! Whether the effective field was the right one: the balance of forces in a production run.
+
+use super::Drive;
+use super::column_average::LidContact;
+use super::effective_potential::EffectivePotential;
+use crate::statistics::{BlockAverages, Estimate, drift};
+use crate::{Centers, Error, Field, Scene, TemperatureProfile};
+use std::fmt;
+
+/// Both sides of the sum rule that the effective field must fulfil, from the production run of a mapped scene.
+///
+/// In the isothermal system that a run really simulates, the pressure over temperature at height x is what its
+/// forces hold up, `P_iso(x)` = ∫ₓ n u' dx' + P(lid)/T(lid), whatever u is. It stands for the scene if it equals W(x)/T(x), the
+/// weight of the column over the temperature (eq. 24 of doi:10.1103/PhysRevE.83.061306, exact for any n(x), layers at
+/// the wall included). Both come from the same n(x), and no equation of state is involved; on the lid both start from the
+/// pressure that the field assumes, which is compared with the contact density there by itself. They are recorded at
+/// the lower edges of bands one diameter high, from the lowest height of a centre on, every few sweeps.
+///
+/// It tests that the field and the density belong to each other, not that the column is at rest: for that there is the
+/// drift of the centre of mass, and starts from both sides.
+#[derive(Debug, Clone)]
+pub struct ForceBalance {
+    base_area: f64,
+    /// T at the lower edges of bands, and at the lid.
+    temperatures: Vec<f64>,
+    lid_temperature: f64,
+    lowest: f64,
+    band_height: f64,
+    certifiable: bool,
+    /// Σ u' and Σ a over the spheres of each band; contact density at the lid and pressure that the field assumes there,
+    /// both times area; height of the centre of mass and its square.
+    sample: Vec<f64>,
+    averages: BlockAverages,
+    /// Drifts of merged replicas.
+    replica_drifts: Vec<Estimate>,
+}
+
+impl ForceBalance {
+    /// Bands are about one diameter high; there are at most so many.
+    const MOST_BANDS: f64 = 4096.0;
+    /// Heights that carry less than this part of the largest weight are too lightly loaded to be judged.
+    const LEAST_LOAD: f64 = 0.05;
+    /// A drift of more standard errors than this is no accident.
+    const LARGEST_DRIFT: f64 = 4.0;
+    /// Nor is a deviation above the tolerance of more than these.
+    const SIGNIFICANT: f64 = 3.0;
+
+    pub(super) fn new<F, T: TemperatureProfile>(
+        scene: &Scene<F, T>,
+        certifiable: bool,
+    ) -> Result<Self, Error> {
+        let (lowest, extent) = (scene.slab().lowest_center(), scene.slab().height() - 1.0);
+        let bands = extent.round().clamp(1.0, Self::MOST_BANDS);
+        let band_height = extent / bands;
+        // At most 4096.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let bands = bands as usize;
+        let temperature = |height: f64| scene.temperature().temperature(height);
+        let components = 2 * bands + 4;
+        Ok(Self {
+            base_area: scene.slab().base_area(),
+            temperatures: (0..bands).map(|band| temperature(lowest + band as f64 * band_height)).collect(),
+            lid_temperature: temperature(scene.slab().highest_center()),
+            lowest,
+            band_height,
+            certifiable,
+            sample: vec![0.0; components],
+            averages: BlockAverages::new(components)?,
+            replica_drifts: Vec::new(),
+        })
+    }
+
+    /// Forgets everything.
+    pub(super) fn clear<F, T: TemperatureProfile>(&mut self, scene: &Scene<F, T>) -> Result<(), Error> {
+        *self = Self::new(scene, self.certifiable)?;
+        Ok(())
+    }
+
+    fn bands(&self) -> usize {
+        self.temperatures.len()
+    }
+
+    /// Adds a configuration.
+    pub(super) fn record<F: Field, T: TemperatureProfile>(
+        &mut self,
+        potential: &EffectivePotential,
+        lid_pressure: f64,
+        scene: &Scene<F, T>,
+        centers: Centers<'_>,
+    ) -> Result<(), Error> {
+        let bands = self.bands();
+        let highest = scene.slab().highest_center();
+        let mut lid = LidContact::default();
+        let mut moment = 0.0;
+        self.sample.fill(0.0);
+        let (forces, weights) = self.sample.split_at_mut(bands);
+        centers.for_each_height(|height| {
+            // Heights are inside the slab.
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+            let band = (((height - self.lowest) / self.band_height) as usize).min(bands - 1);
+            forces[band] += potential.reduced_force(scene, height);
+            weights[band] += scene.field().acceleration(height);
+            lid.add(highest - height);
+            moment += height;
+        });
+        let center = moment / centers.count() as f64;
+        let lid = [lid.density_times_area(), lid_pressure * self.base_area];
+        self.sample[2 * bands..].copy_from_slice(&[lid[0], lid[1], center, center * center]);
+        self.averages.push(&self.sample)
+    }
+
+    /// Configurations recorded.
+    #[must_use]
+    pub fn observations(&self) -> u64 {
+        self.averages.observations()
+    }
+
+    /// Adds what an independent replica of the scene has seen.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless the numbers of bands are the same.
+    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
+        self.averages.merge(&other.averages)?;
+        self.replica_drifts.extend(other.own_drift().ok());
+        self.replica_drifts.extend_from_slice(&other.replica_drifts);
+        self.certifiable &= other.certifiable;
+        Ok(())
+    }
+
+    /// Heights, `P_iso` T/W there, and W over the largest W; upwards.
+    ///
+    /// # Errors
+    /// [`Error::TooFewObservations`] below 16 configurations.
+    pub fn ratios(&self) -> Result<Vec<ForceBalancePoint>, Error> {
+        let bands = self.bands();
+        let loads = |means: &[f64]| {
+            let mut rows = vec![[0.0; 2]; bands];
+            let on_lid = means[2 * bands + 1];
+            let (mut force, mut weight) = (on_lid / self.lid_temperature, on_lid);
+            for band in (0..bands).rev() {
+                force += means[band];
+                weight += means[bands + band];
+                rows[band] = [force, weight];
+            }
+            rows
+        };
+        let weights: Vec<f64> = loads(&self.averages.mean()).into_iter().map(|[_, weight]| weight).collect();
+        let largest = weights.iter().fold(0.0, |largest: f64, weight| largest.max(weight.abs()));
+        let ratios = self.averages.jackknife(|means| {
+            let rows = loads(means);
+            let ratios = rows.iter().zip(&self.temperatures);
+            ratios.map(|([force, weight], temperature)| force * temperature / weight).collect::<Vec<f64>>()
+        })?;
+        let points = ratios.into_iter().zip(weights).enumerate();
+        Ok(points
+            .map(|(band, (ratio, weight))| ForceBalancePoint {
+                height: self.lowest + band as f64 * self.band_height,
+                ratio,
+                pressure: weight / self.base_area,
+                load: weight.abs() / largest,
+            })
+            .collect())
+    }
+
+    /// Second half of the run minus first, of this replica.
+    fn own_drift(&self) -> Result<Estimate, Error> {
+        let center = 2 * self.bands() + 2;
+        let own: Vec<f64> = self.averages.blocks().map(|block| block[center]).collect();
+        drift(&own)
+    }
+
+    /// What the run says about the field it was made in.
+    ///
+    /// `tolerance` is the largest relative deviation of `P_iso` from W/T that is acceptable, at heights that carry at
+    /// least 5 % of the largest weight.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] for a tolerance that is not positive and finite; [`Error::TooFewObservations`]
+    /// below 64 configurations, one in five sweeps.
+    pub fn certificate(&self, tolerance: f64) -> Result<Certificate, Error> {
+        let tolerance = Error::require_positive("tolerance of the balance of forces", tolerance)?;
+        let points = self.ratios()?;
+        let judged = points.iter().filter(|point| point.load >= Self::LEAST_LOAD);
+        let worst = judged.clone().fold(None, |worst: Option<&ForceBalancePoint>, point| match worst {
+            // A deviation that is not a number is the worst.
+            Some(worst) if worst.deviation().mean.abs() >= point.deviation().mean.abs() => Some(worst),
+            Some(worst) if worst.deviation().mean.is_nan() => Some(worst),
+            _ => Some(point),
+        });
+        let needed = 64;
+        let available = usize::try_from(self.observations()).unwrap_or(usize::MAX);
+        let worst = worst.ok_or(Error::TooFewObservations { available, needed })?;
+        let largest_error = judged.fold(0.0, |largest, point| {
+            let error = point.ratio.standard_error;
+            if error.is_nan() || error > largest { error } else { largest }
+        });
+        let drift = if self.replica_drifts.is_empty() {
+            self.own_drift().map_err(|_| Error::TooFewObservations { available, needed })?
+        } else {
+            // Of all replicas, this one among them.
+            let mut drifts = self.replica_drifts.clone();
+            drifts.extend(self.own_drift().ok());
+            let count = drifts.len() as f64;
+            let squares = drifts.iter().map(|drift| drift.standard_error * drift.standard_error).sum::<f64>();
+            Estimate::new(drifts.iter().map(|drift| drift.mean).sum::<f64>() / count, squares.sqrt() / count)
+        };
+        let center = 2 * self.bands() + 2;
+        let (means, errors) = (self.averages.mean(), self.averages.standard_errors()?);
+        let variance = means[center + 1] - means[center] * means[center];
+        let effective_sample_size =
+            (variance / (errors[center] * errors[center])).clamp(1.0, self.observations() as f64);
+        let residual = worst.deviation();
+        let heaviest = points.iter().map(|point| point.pressure.abs()).fold(0.0, f64::max) * self.base_area;
+        let (contact, assumed) = (center - 2, center - 1);
+        let lid = Estimate::new(
+            (means[contact] * self.lid_temperature - means[assumed]) / heaviest,
+            errors[contact] * self.lid_temperature / heaviest,
+        );
+        let off = |deviation: Estimate| {
+            deviation.mean.abs() > tolerance && deviation.deviation_from(0.0).abs() > Self::SIGNIFICANT
+        };
+        let convergence = if !self.certifiable {
+            Convergence::NotConverged { residual, suggestion: Suggestion::FreezeTheField }
+        } else if drift.deviation_from(0.0).abs() > Self::LARGEST_DRIFT {
+            Convergence::NotConverged { residual, suggestion: Suggestion::EquilibrateLonger }
+        } else if off(residual) || off(lid) {
+            Convergence::NotConverged { residual, suggestion: Suggestion::AdaptLonger }
+        } else if residual.mean.abs() <= tolerance
+            && largest_error <= 0.5 * tolerance
+            && lid.standard_error <= tolerance
+        {
+            Convergence::Converged { residual }
+        } else {
+            Convergence::NotConverged { residual, suggestion: Suggestion::MeasureLonger }
+        };
+        Ok(Certificate {
+            convergence,
+            height: worst.height,
+            tolerance,
+            largest_error,
+            lid,
+            drift,
+            effective_sample_size,
+        })
+    }
+}
+
+/// Both sides of the sum rule at one height.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct ForceBalancePoint {
+    /// Height, in diameters.
+    pub height: f64,
+    /// `P_iso` T/W: what the forces hold up, over what weighs on it; 1 if the field is right.
+    pub ratio: Estimate,
+    /// Pressure P = W, in m g/d², from the weight and the contact density at the lid.
+    pub pressure: f64,
+    /// W over its largest value.
+    pub load: f64,
+}
+
+impl ForceBalancePoint {
+    /// `P_iso` T/W − 1.
+    fn deviation(&self) -> Estimate {
+        Estimate::new(self.ratio.mean - 1.0, self.ratio.standard_error)
+    }
+}
+
+/// Whether a run at a temperature that varies can be trusted; see [`ForceBalance`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Certificate {
+    /// The verdict.
+    pub convergence: Convergence,
+    /// Height at which the residual is largest, in diameters.
+    pub height: f64,
+    /// What was tolerated.
+    pub tolerance: f64,
+    /// Largest standard error of the ratio at the heights that were judged.
+    pub largest_error: f64,
+    /// Pressure on the lid by the contact density less that which the field assumes, over the largest pressure.
+    pub lid: Estimate,
+    /// Height of the centre of mass, second half of the run minus first, in diameters.
+    pub drift: Estimate,
+    /// Number of independent configurations that would know the centre of mass as well.
+    pub effective_sample_size: f64,
+}
+
+/// The verdict of a [`Certificate`]. The residual is the largest `P_iso` T/W − 1, with sign and error.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Convergence {
+    /// Field and density belong to each other within the tolerance, known to half of it (the pressure on the lid: to all of
+    /// it), and the column is at rest.
+    Converged {
+        /// Largest deviation.
+        residual: Estimate,
+    },
+    /// They do not, or it cannot be told.
+    NotConverged {
+        /// Largest deviation.
+        residual: Estimate,
+        /// What to do.
+        suggestion: Suggestion,
+    },
+}
+
+/// What to do about a run that is not converged.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Suggestion {
+    /// The centre of mass still moves.
+    EquilibrateLonger,
+    /// The field is not that of the density which it makes: it was frozen too early.
+    AdaptLonger,
+    /// The error bars are too large to tell.
+    MeasureLonger,
+    /// The field changes with every configuration: nothing can be certified.
+    FreezeTheField,
+}
+
+impl fmt::Display for Suggestion {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::EquilibrateLonger => "the column still moves: equilibrate longer",
+            Self::AdaptLonger => {
+                "the field is not that of the density it makes: equilibrate longer before it is frozen"
+            }
+            Self::MeasureLonger => "the errors are too large to tell: measure longer",
+            Self::FreezeTheField => {
+                "the field follows every configuration, which breaks detailed balance: take a scheme that freezes it"
+            }
+        })
+    }
+}
+
+impl Certificate {
+    /// Whether the run is converged.
+    #[must_use]
+    pub fn is_converged(&self) -> bool {
+        matches!(self.convergence, Convergence::Converged { .. })
+    }
+
+    /// The largest `P_iso` T/W − 1.
+    #[must_use]
+    pub fn residual(&self) -> Estimate {
+        match self.convergence {
+            Convergence::Converged { residual } | Convergence::NotConverged { residual, .. } => residual,
+        }
+    }
+}
+
+/// One line: the verdict with its numbers.
+impl fmt::Display for Certificate {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { height, tolerance, drift, effective_sample_size, .. } = self;
+        match self.convergence {
+            Convergence::Converged { .. } => write!(formatter, "converged")?,
+            Convergence::NotConverged { suggestion, .. } => {
+                write!(formatter, "NOT CONVERGED ({suggestion})")?;
+            }
+        }
+        let residual = self.residual();
+        let percent = Estimate::new(100.0 * residual.mean, 100.0 * residual.standard_error);
+        write!(
+            formatter,
+            ": P_iso T/W is off by {percent} % at height {height:.1} (tolerance {:.2} %), drift of h_c {drift}, \
+             effective sample size {effective_sample_size:.0}",
+            100.0 * tolerance,
+        )
+    }
+}

@@ -1,0 +1,204 @@
+//! What the feedback measures: numbers and weights in the bins of an effective potential.
+
+use super::effective_potential::EffectivePotential;
+use crate::equation_of_state::EquationOfState;
+use crate::hydrostatics::Hydrostatics;
+use crate::{Centers, Error, Field, Scene, TemperatureProfile};
+
+/// Numbers and weights in bins, summed over configurations, and what they say of P/n.
+#[derive(Debug, Clone)]
+pub(super) struct ColumnAverage {
+    configurations: u64,
+    /// Spheres in each bin.
+    counts: Vec<f64>,
+    /// Sum of a(x) over the spheres of each bin.
+    weights: Vec<f64>,
+    lid: LidContact,
+}
+
+impl ColumnAverage {
+    pub(super) fn new(bins: usize) -> Self {
+        Self {
+            configurations: 0,
+            counts: vec![0.0; bins],
+            weights: vec![0.0; bins],
+            lid: LidContact::default(),
+        }
+    }
+
+    pub(super) fn configurations(&self) -> u64 {
+        self.configurations
+    }
+
+    pub(super) fn clear(&mut self) {
+        self.configurations = 0;
+        self.counts.fill(0.0);
+        self.weights.fill(0.0);
+        self.lid = LidContact::default();
+    }
+
+    pub(super) fn add<F: Field, T>(
+        &mut self,
+        potential: &EffectivePotential,
+        scene: &Scene<F, T>,
+        centers: Centers<'_>,
+    ) {
+        self.configurations += 1;
+        let highest = scene.slab().highest_center();
+        centers.for_each_height(|height| {
+            let bin = potential.bin(height);
+            self.counts[bin] += 1.0;
+            self.weights[bin] += scene.field().acceleration(height);
+            self.lid.add(highest - height);
+        });
+    }
+
+    /// Spheres in each bin, summed over configurations, and P A Δx in the same units: their ratio is
+    /// P/n. `lid` is the pressure on the lid.
+    ///
+    /// The weight in the middle of a bin is the mean of those at its edges, which makes
+    /// n u' Δx = −Δ(P/T) hold bin by bin.
+    pub(super) fn counts_and_pressures(&self, width: f64, base_area: f64, lid: f64) -> Vec<[f64; 2]> {
+        let mut above = lid * base_area * self.configurations as f64;
+        let rows = self.counts.iter().zip(&self.weights).rev();
+        let mut rows: Vec<[f64; 2]> = rows
+            .map(|(&count, &weight)| {
+                let middle = above + 0.5 * weight;
+                above += weight;
+                [count, middle * width]
+            })
+            .collect();
+        rows.reverse();
+        rows
+    }
+
+    /// Pressure on the lid by the contact theorem, together with that of the theory.
+    pub(super) fn lid_pressure<F, T: TemperatureProfile>(&self, scene: &Scene<F, T>, prior: &Prior) -> f64 {
+        if self.configurations == 0 {
+            return prior.lid_pressure;
+        }
+        let temperature = scene.temperature().temperature(scene.slab().highest_center());
+        let area = scene.slab().base_area() * self.configurations as f64;
+        let measured = temperature * self.lid.density_times_area() / area;
+        let seen = self.lid.seen();
+        let imagined = prior.weight * LidContact::DEPTH * LidContact::VARIANCE;
+        (seen * measured + imagined * prior.lid_pressure) / (seen + imagined)
+    }
+
+    /// P/n in each bin for a pressure on the lid, from what was counted and what the theory stands for: always finite.
+    pub(super) fn ratios<F, T>(&self, scene: &Scene<F, T>, width: f64, lid: f64, prior: &Prior) -> Vec<f64> {
+        let rows = self.counts_and_pressures(width, scene.slab().base_area(), lid);
+        let height = scene.slab().height();
+        let both = |(bin, ([count, pressure], ratio)): (usize, ([f64; 2], &f64))| {
+            let above_base = scene.slab().lowest_center() + (bin as f64 + 0.5) * width;
+            let imagined = width * prior.weight_at(above_base.min(height - above_base));
+            (pressure + imagined * ratio) / (count + imagined)
+        };
+        rows.into_iter().zip(&prior.ratios).enumerate().map(both).collect()
+    }
+}
+
+/// What the theory of a scene says before anything is measured.
+#[derive(Debug, Clone)]
+pub(super) struct Prior {
+    /// P/n = T Z in the middle of each bin.
+    pub(super) ratios: Vec<f64>,
+    /// Pressure on the lid.
+    pub(super) lid_pressure: f64,
+    /// Counted spheres per diameter of height that it stands for.
+    pub(super) weight: f64,
+}
+
+impl Prior {
+    /// Nearer to a wall than this the fluid is layered, which the theory does not know, so that it stands for less: the
+    /// part that follows.
+    const LAYERED: f64 = 4.0;
+    const WEIGHT_IN_LAYERS: f64 = 0.03;
+
+    /// Counted spheres per diameter of height that it stands for, at a distance from the nearest wall.
+    fn weight_at(&self, distance: f64) -> f64 {
+        if distance < Self::LAYERED { Self::WEIGHT_IN_LAYERS * self.weight } else { self.weight }
+    }
+
+    pub(super) fn new<F: Field, T: TemperatureProfile>(
+        scene: &Scene<F, T>,
+        potential: &EffectivePotential,
+        equation_of_state: &impl EquationOfState,
+        weight: f64,
+    ) -> Result<Self, Error> {
+        let profile = Hydrostatics::new(scene.field(), scene.temperature(), equation_of_state)
+            .between_walls(scene.slab(), scene.column_density())?;
+        let ratio = |height: f64| {
+            let factor = equation_of_state.compressibility_factor(profile.packing_fraction(height));
+            scene.temperature().temperature(height) * factor
+        };
+        let ratios = potential.heights().map(ratio).collect();
+        Ok(Self { ratios, lid_pressure: profile.lid_pressure(), weight })
+    }
+}
+
+/// The density of centres in contact with the lid, extrapolated from the fifth of a diameter next to it.
+///
+/// The mean over the spheres of a weight that is orthogonal to z, z² and z³ in that range, z being the distance from
+/// contact: exact for a cubic n(z), within 0.4 % for the steepest that a fluid has (e^{−8z}).
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct LidContact {
+    weights: f64,
+    seen: f64,
+}
+
+impl LidContact {
+    const DEPTH: f64 = 0.2;
+    /// How much larger the variance of the extrapolated density is than that of the mean over the depth: so many times
+    /// as many spheres have to be seen for the same error.
+    const VARIANCE: f64 = 16.0;
+
+    /// Adds a sphere whose centre is `distance` below contact.
+    #[inline]
+    pub(super) fn add(&mut self, distance: f64) {
+        if distance < Self::DEPTH {
+            let part = distance / Self::DEPTH;
+            self.weights += (16.0 - part * (120.0 - part * (240.0 - 140.0 * part))) / Self::DEPTH;
+            self.seen += 1.0;
+        }
+    }
+
+    /// The contact density times area and number of configurations.
+    pub(super) fn density_times_area(&self) -> f64 {
+        self.weights
+    }
+
+    /// Spheres that it rests on.
+    fn seen(&self) -> f64 {
+        self.seen
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_contact_density_is_extrapolated() {
+        // Densities as sums over many points.
+        let contact = |density: fn(f64) -> f64| {
+            let (points, depth) = (200_000, 0.4);
+            let mut sum = 0.0;
+            for point in 0..points {
+                let distance = (f64::from(point) + 0.5) * depth / f64::from(points);
+                let mut one = LidContact::default();
+                one.add(distance);
+                sum += density(distance) * one.density_times_area() * depth / f64::from(points);
+            }
+            sum
+        };
+        approx::assert_relative_eq!(contact(|_| 3.0), 3.0, max_relative = 1e-6);
+        approx::assert_relative_eq!(
+            contact(|z| 3.0 - 5.0 * z + z * z - 2.0 * z * z * z),
+            3.0,
+            max_relative = 1e-5
+        );
+        approx::assert_relative_eq!(contact(|z| (-8.0 * z).exp()), 1.0, max_relative = 5e-3);
+        approx::assert_relative_eq!(contact(|z| (-4.0 * z).exp()), 1.0, max_relative = 3e-4);
+    }
+}

@@ -1,0 +1,300 @@
+//! Temperatures that vary: the default scheme is accurate, and wrong or hasty ones are noticed.
+
+#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
+
+mod common;
+
+use common::wrong_rules::{EquationThirtyOneAsPrinted, TemperatureInMetropolis};
+use gradient_mc::drive::{
+    AveragedThenFrozen, Convergence, Drive, EquationOfStateClosure, Instantaneous, RunningAverage, Scheme,
+    SelfConsistent, Suggestion,
+};
+use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa, packing_fraction};
+use gradient_mc::field::{ExponentialField, UniformField};
+use gradient_mc::moves::{EventChains, LocalMoves, Moves};
+use gradient_mc::observers::{BinState, EquationOfStateProfile};
+use gradient_mc::start::{Compact, Positions, Start, Theory, Uniform};
+use gradient_mc::statistics::Estimate;
+use gradient_mc::temperature::{ExponentialTemperature, TabulatedTemperature, TemperatureFn};
+use gradient_mc::{Every, Field, Scene, Simulation, Slab, TemperatureProfile};
+use proptest::prelude::*;
+
+/// Ratios of pressures, over ranges of height, to what the modified Kolafa-Labík-Malijevský equation makes of the
+/// density there; less 1.
+fn deviations(profile: &EquationOfStateProfile, ranges: &[[f64; 2]]) -> Vec<Estimate> {
+    let theory = |state: &BinState| {
+        let factor = ModifiedKolafa.compressibility_factor(packing_fraction(state.number_density));
+        state.number_density * state.temperature * factor
+    };
+    let ratio = |states: &[BinState], [low, high]: [f64; 2]| {
+        let inside = states.iter().filter(|state| (low..high).contains(&state.height));
+        let (mut pressure, mut expected) = (0.0, 0.0);
+        for state in inside {
+            pressure += state.pressure;
+            expected += theory(state);
+        }
+        pressure / expected - 1.0
+    };
+    profile
+        .jackknife(|states| ranges.iter().map(|&range| ratio(states, range)).collect::<Vec<f64>>())
+        .unwrap()
+}
+
+/// Whether deviations are none: within 4 standard errors, and these below `cap`.
+fn agree(deviations: &[Estimate], cap: f64) -> Result<(), String> {
+    for (range, deviation) in deviations.iter().enumerate() {
+        if deviation.standard_error.is_nan() || deviation.standard_error > cap {
+            return Err(format!("range {range}: error of {deviation} above {cap}"));
+        }
+        if deviation.deviation_from(0.0).abs() > 4.0 {
+            return Err(format!("range {range}: {deviation}"));
+        }
+    }
+    Ok(())
+}
+
+/// A column, 25 spheres above each unit of a base 6 x 6.
+fn column<T: TemperatureProfile>(temperature: T) -> Scene<UniformField, T> {
+    let slab = Slab::new(120.0, 6.0, 6.0).unwrap();
+    Scene::new(slab, 900, UniformField::default(), temperature).unwrap()
+}
+
+/// The paper's steepest gradient, on a column somewhat lighter and cooler.
+fn steep() -> ExponentialTemperature {
+    ExponentialTemperature::new(12.0, 0.05).unwrap()
+}
+
+const RANGES: [[f64; 2]; 3] = [[8.0, 18.0], [18.0, 28.0], [28.0, 36.0]];
+
+/// Deviations of a run from the theory start.
+fn accuracy<S>(scheme: S, moves: impl Into<Moves>) -> Vec<Estimate>
+where
+    S: Scheme<UniformField, ExponentialTemperature>,
+{
+    let builder = Simulation::builder(column(steep())).scheme(scheme);
+    let mut simulation = builder.moves(moves).seed(21).build().unwrap();
+    simulation.equilibrate(9000, &mut ()).unwrap();
+    let profile = EquationOfStateProfile::with_range(simulation.scene().slab(), 0.5, 50.5, 200).unwrap();
+    let mut profile = Every::new(5, profile);
+    simulation.run(12_000, &mut profile).unwrap();
+    deviations(&profile.observer, &RANGES)
+}
+
+/// Whether deviations are there beyond doubt: above 5 % and 4 standard errors.
+fn misses(deviations: &[Estimate]) -> bool {
+    deviations
+        .iter()
+        .any(|deviation| deviation.mean.abs() > 0.05 && deviation.deviation_from(0.0).abs() > 4.0)
+}
+
+#[test]
+fn the_default_scheme_finds_the_equation_of_state() {
+    agree(&accuracy(SelfConsistent::default(), EventChains::default()), 0.01).unwrap();
+}
+
+#[test]
+fn the_closure_finds_what_it_was_given() {
+    agree(&accuracy(EquationOfStateClosure::default(), EventChains::default()), 0.01).unwrap();
+}
+
+#[test]
+fn wrong_fields_miss_it() {
+    assert!(misses(&accuracy(TemperatureInMetropolis, EventChains::default())));
+    // It presses the column into a crystal, in which chains would not get on.
+    let local = LocalMoves::new(0.3, column(steep()).slab()).unwrap();
+    assert!(misses(&accuracy(EquationThirtyOneAsPrinted, local)));
+}
+
+#[test]
+fn the_instantaneous_histogram_misses_it() {
+    assert!(misses(&accuracy(Instantaneous::default(), EventChains::default())));
+}
+
+/// A field frozen while the column still falls is not that of the density which it makes. The certificate says so, and
+/// so does the pressure.
+#[test]
+fn a_field_frozen_too_early_is_caught() {
+    let scene = column(steep());
+    let builder = Simulation::builder(scene).scheme(AveragedThenFrozen::default());
+    let mut simulation =
+        builder.start(Uniform::default()).moves(EventChains::default()).seed(5).build().unwrap();
+    simulation.equilibrate(30, &mut ()).unwrap();
+    let profile = EquationOfStateProfile::with_range(simulation.scene().slab(), 0.5, 50.5, 200).unwrap();
+    let mut profile = Every::new(5, profile);
+    simulation.run(500, &mut ()).unwrap();
+    // What falls is told from what is wrong.
+    let falling = simulation.certificate(0.02).unwrap();
+    assert!(!falling.is_converged(), "{falling}");
+    // Once the column is at rest in the wrong field.
+    simulation.equilibrate(0, &mut ()).unwrap();
+    simulation.run(6000, &mut profile).unwrap();
+    let certificate = simulation.certificate(0.02).unwrap();
+    let Convergence::NotConverged { residual, suggestion } = certificate.convergence else {
+        panic!("{certificate}");
+    };
+    assert_eq!(suggestion, Suggestion::AdaptLonger, "{certificate}");
+    assert!(residual.mean.abs() > 0.05 && residual.standard_error < 0.02, "{certificate}");
+    assert!(misses(&deviations(&profile.observer, &RANGES)));
+
+    // And a field that was given time passes.
+    let builder = Simulation::builder(scene).scheme(SelfConsistent::default());
+    let mut simulation =
+        builder.start(Uniform::default()).moves(EventChains::default()).seed(5).build().unwrap();
+    simulation.equilibrate(8000, &mut ()).unwrap();
+    simulation.run(12_000, &mut ()).unwrap();
+    let certificate = simulation.certificate(0.02).unwrap();
+    assert!(certificate.is_converged(), "{certificate}");
+    assert!(certificate.effective_sample_size > 20.0, "{certificate}");
+}
+
+#[test]
+fn what_follows_every_configuration_is_never_certified() {
+    let builder = Simulation::builder(column(steep())).scheme(Instantaneous::new(2.0));
+    let mut simulation = builder.moves(EventChains::default()).seed(2).build().unwrap();
+    simulation.equilibrate(200, &mut ()).unwrap();
+    assert!(simulation.certificate(0.1).is_err(), "nothing was measured yet");
+    simulation.run(1000, &mut ()).unwrap();
+    let certificate = simulation.certificate(0.1).unwrap();
+    let Convergence::NotConverged { suggestion, .. } = certificate.convergence else {
+        panic!("{certificate}");
+    };
+    assert_eq!(suggestion, Suggestion::FreezeTheField);
+    assert!(simulation.certificate(f64::NAN).is_err() && simulation.certificate(0.0).is_err());
+}
+
+/// A scene from two starts: it is certified, P is n T Z in the ranges given, and both starts meet.
+fn general<F, T>(
+    scene: Scene<F, T>,
+    ranges: &[[f64; 2]],
+    tolerance: f64,
+    lowest: &impl Start,
+    highest: &impl Start,
+) where
+    F: Field + Copy,
+    T: TemperatureProfile + Copy,
+{
+    let side = |start: Vec<gradient_mc::Vector3<f64>>, seed: u64| {
+        let builder = Simulation::builder(scene).scheme(SelfConsistent::default()).start(Positions(start));
+        let mut simulation = builder.moves(EventChains::default()).seed(seed).build().unwrap();
+        simulation.equilibrate(8000, &mut ()).unwrap();
+        let slab = simulation.scene().slab();
+        let bins = ((slab.height() - 1.0) * 4.0).round();
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let profile =
+            EquationOfStateProfile::with_range(slab, 0.5, slab.height() - 0.5, bins as usize).unwrap();
+        let mut profile = Every::new(5, profile);
+        simulation.run(16_000, &mut profile).unwrap();
+        let certificate = simulation.certificate(tolerance).unwrap();
+        assert!(certificate.is_converged(), "{certificate}");
+        let mut profile = profile.observer;
+        profile.set_lid_pressure(simulation.drive().lid_pressure()).unwrap();
+        let deviations = deviations(&profile, ranges);
+        agree(&deviations, 0.012).unwrap();
+        profile
+            .jackknife(|states| {
+                ranges
+                    .iter()
+                    .map(|&[low, high]| {
+                        let inside = states.iter().filter(|state| (low..high).contains(&state.height));
+                        inside.map(|state| state.number_density).sum::<f64>()
+                    })
+                    .collect::<Vec<f64>>()
+            })
+            .unwrap()
+    };
+    let mut generator = <gradient_mc::Generator as rand::SeedableRng>::seed_from_u64(8);
+    let low = side(lowest.place(&scene, &mut generator).unwrap(), 31);
+    let high = side(highest.place(&scene, &mut generator).unwrap(), 32);
+    for (low, high) in low.iter().zip(&high) {
+        let error = low.standard_error.hypot(high.standard_error);
+        assert!((low.mean - high.mean).abs() < 4.0 * error, "{low} from below, {high} from above");
+        assert!(error < 0.02 * low.mean, "{low} from below, {high} from above");
+    }
+}
+
+#[test]
+fn field_and_temperature_both_vary() {
+    let slab = Slab::new(100.0, 6.0, 6.0).unwrap();
+    let field = ExponentialField::new(0.02).unwrap();
+    let temperature = ExponentialTemperature::new(12.0, 0.02).unwrap();
+    let scene = Scene::new(slab, 720, field, temperature).unwrap();
+    general(scene, &[[8.0, 14.0], [14.0, 20.0]], 0.025, &Compact, &Uniform::default());
+}
+
+#[test]
+fn temperature_rises_with_height() {
+    let slab = Slab::new(150.0, 6.0, 6.0).unwrap();
+    let temperature = ExponentialTemperature::new(5.0, -0.01).unwrap();
+    let scene = Scene::new(slab, 720, UniformField::default(), temperature).unwrap();
+    general(scene, &[[8.0, 13.0], [13.0, 20.0]], 0.025, &Compact, &Uniform::default());
+}
+
+#[test]
+fn temperature_rises_and_falls() {
+    let slab = Slab::new(120.0, 6.0, 6.0).unwrap();
+    let temperature = TemperatureFn(|height: f64| 8.0 + 3.0 * libm::sin(0.1 * height));
+    let scene = Scene::new(slab, 720, UniformField::default(), temperature).unwrap();
+    general(scene, &[[8.0, 14.0], [14.0, 20.0]], 0.025, &Compact, &Uniform::default());
+}
+
+/// Without weight the pressure is that on the lid everywhere, and n T Z is flat.
+#[test]
+fn closed_box_without_weight() {
+    let slab = Slab::new(40.0, 6.0, 6.0).unwrap();
+    let temperature = ExponentialTemperature::new(2.0, 0.02).unwrap();
+    let scene = Scene::new(slab, 560, UniformField::new(0.0).unwrap(), temperature).unwrap();
+    general(scene, &[[6.0, 15.0], [15.0, 25.0], [25.0, 34.0]], 0.08, &Theory, &Uniform::new(0.4));
+}
+
+/// Weight and a lid that carries a good part of the pressure, in a field that grows.
+#[test]
+fn closed_box_with_weight() {
+    let slab = Slab::new(40.0, 6.0, 6.0).unwrap();
+    let temperature = ExponentialTemperature::new(20.0, -0.02).unwrap();
+    let field = ExponentialField::new(0.01).unwrap();
+    let scene = Scene::new(slab, 500, field, temperature).unwrap();
+    general(scene, &[[6.0, 15.0], [15.0, 25.0], [25.0, 34.0]], 0.08, &Theory, &Uniform::new(0.35));
+}
+
+/// The drives of a scene after a few sweeps are finite wherever a sphere can be.
+fn finite<D: Drive<UniformField, TabulatedTemperature>>(
+    scene: &Scene<UniformField, TabulatedTemperature>,
+    drive: &D,
+) {
+    for step in 0..=400 {
+        let height = 0.5 + (scene.slab().height() - 1.0) * f64::from(step) / 400.0;
+        assert!(drive.reduced_potential(scene, height).is_finite());
+        assert!(drive.reduced_force(scene, height).is_finite());
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
+
+    /// Empty bins, bins of single spheres, and bins wider than the bed.
+    #[test]
+    fn any_bins_make_finite_drives(
+        particles in 1_usize..40,
+        width in prop_oneof![Just(0.01), Just(0.1), Just(1.0), Just(7.0), Just(1e3)],
+        temperatures in prop::collection::vec(0.5..20.0_f64, 3),
+        sweeps in 1_u64..90,
+    ) {
+        let points = temperatures.iter().zip([0.0, 15.0, 30.0]).map(|(&temperature, height)| (height, temperature));
+        let temperature = TabulatedTemperature::new(points.collect()).unwrap();
+        let slab = Slab::new(30.0, 4.0, 4.0).unwrap();
+        let scene = || Scene::new(slab, particles, UniformField::default(), temperature.clone()).unwrap();
+        macro_rules! check {
+            ($scheme:expr) => {
+                let mut simulation = Simulation::builder(scene()).scheme($scheme).build().unwrap();
+                simulation.equilibrate(sweeps, &mut ()).unwrap();
+                finite(simulation.scene(), simulation.drive());
+                simulation.run(20, &mut ()).unwrap();
+                finite(simulation.scene(), simulation.drive());
+            };
+        }
+        check!(SelfConsistent::default().bin_width(width));
+        check!(AveragedThenFrozen::new(width));
+        check!(RunningAverage::new(width));
+        check!(Instantaneous::new(width));
+    }
+}

@@ -46,6 +46,11 @@ pub enum FieldEvent {
 /// potential u is stopped by the field at the rate |u'| per distance; then the chain continues as
 /// [`FieldEvent`] says. A wall turns a sphere round. A sweep of [local moves](Self::local_moves) follows the chains.
 ///
+/// Where the base is wide enough for several tiles of some 32 000 spheres, chains go tile by tile, between strips of spheres that
+/// are frozen meanwhile and turn chains round as walls do (Kapfer and Krauth, doi:10.1088/1742-6596/454/1/012031). Then a sweep runs all chains
+/// of some tiles, none in others, and [`PATH_PER_SPHERE`](Self::PATH_PER_SPHERE) holds on average over some tens of sweeps. The
+/// outcome does not depend on the number of cores that share them.
+///
 /// Chains hold global balance, not detailed balance; the proof is in `docs/event_chains.md`.
 ///
 /// ```
@@ -82,7 +87,7 @@ impl Default for EventChains {
 }
 
 impl EventChains {
-    /// Path of all chains of a sweep, in diameters per sphere.
+    /// Path of all chains of a sweep, in diameters per sphere, on average over sweeps.
     pub const PATH_PER_SPHERE: f64 = 0.25;
     /// Largest mean length of a chain, in diameters.
     pub const MAXIMUM_LENGTH: f64 = 1e6;

@@ -194,3 +194,48 @@ impl Shifted {
         ]
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+
+    #[test]
+    fn every_place_is_mobile_as_often_as_any_other_and_in_one_tile_only() {
+        let sizes = Sizes { spheres: 0.0, least: [2.0, 1.5], path: 1.0, together: 1, tiles: 4 };
+        let slab = Slab::new(14.0, 10.0, 4.0).unwrap();
+        let extents = [slab.height(), 10.0, 4.0];
+        let mut generator = Generator::seed_from_u64(1);
+        let cuts = 20_000;
+        for axis in 0..3 {
+            let cut = Cut::new(axis, &slab, 100, &sizes);
+            assert!(cut.tiles() >= 3);
+            let across = Cut::ACROSS[axis];
+            // Places near an edge, and anywhere.
+            for place in [[0.501_f64, 0.001], [0.6, 3.999], [3.2, 1.7], [9.3, 2.0]] {
+                let mut mobile = 0;
+                for _ in 0..cuts {
+                    let shifted = cut.shifted(&mut generator);
+                    let mut owners = 0;
+                    let mut neighbours = 0;
+                    for tile in 0..cut.tiles() {
+                        let sections = shifted.tile(tile);
+                        let [first, second] = [0, 1]
+                            .map(|side: usize| sections[side].locate(place[side].min(extents[across[side]])));
+                        if let (Some((_, first)), Some((_, second))) = (first, second) {
+                            owners += u32::from(first && second);
+                            neighbours += u32::from(!(first && second));
+                        }
+                    }
+                    // What is mobile in one tile is out of reach in all others.
+                    assert!(owners == 0 || (owners == 1 && neighbours == 0));
+                    mobile += owners;
+                }
+                let share = f64::from(mobile) / f64::from(cuts);
+                // Four standard errors.
+                let error = 4.0 * (0.25 / f64::from(cuts)).sqrt();
+                assert!((share - cut.mobile()).abs() < error, "{axis} {place:?}: {share}, {}", cut.mobile());
+            }
+        }
+    }
+}

@@ -6,7 +6,8 @@
 #![allow(clippy::unwrap_used)]
 
 use gradient_mc::field::UniformField;
-use gradient_mc::moves::LocalMoves;
+use gradient_mc::moves::{EventChains, LocalMoves};
+use gradient_mc::observers::ChainPressureProfile;
 use gradient_mc::start::Uniform;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{
@@ -81,10 +82,54 @@ fn the_bits_are_those_of_the_serial_program() {
     assert_eq!(digest, DIGEST);
 }
 
+/// A base of four tiles, with chains alone and with local moves in between.
+fn run_chains(threads: usize, local: bool) -> (Vec<Vector3<f64>>, Tally, ChainPressureProfile) {
+    let slab = Slab::new(40.0, 150.0, 150.0).unwrap();
+    let scene = Scene::new(slab, 135_000, UniformField::default(), Isothermal::new(6.0).unwrap()).unwrap();
+    let chains = EventChains::default().local_moves(local.then(|| LocalMoves::new(0.5, &slab).unwrap()));
+    let builder = Simulation::builder(scene).moves(chains).seed(9);
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+    pool.install(|| {
+        let mut pressure = ChainPressureProfile::new(&slab, 10)?;
+        let mut simulation = builder.build()?;
+        simulation.equilibrate(2, &mut ())?;
+        simulation.run(2, &mut ())?;
+        simulation.run(20, &mut pressure)?;
+        Ok::<_, Error>((simulation.positions(), *simulation.tally(), pressure))
+    })
+    .unwrap()
+}
+
+#[test]
+fn chains_in_tiles_give_the_same_bits() {
+    for local in [false, true] {
+        let (positions, tally, pressure) = run_chains(1, local);
+        assert!(tally.chains > 1000 && tally.events > 1_000_000);
+        for threads in [2, 3] {
+            let found = run_chains(threads, local);
+            assert!(found.0 == positions && found.1 == tally, "{threads} threads");
+            assert_eq!(format!("{:?}", found.2), format!("{pressure:?}"));
+        }
+        if local {
+            continue;
+        }
+        let digest = positions.iter().flat_map(|position| position.iter()).fold(0_u64, |digest, value| {
+            (digest ^ value.to_bits()).wrapping_mul(0x0100_0000_01b3).rotate_left(5)
+        });
+        // Written down from a run without the feature `rayon`.
+        assert_eq!(digest, 4_235_757_617_510_020_089);
+        no_overlaps(positions, [40.0, 150.0, 150.0]);
+    }
+}
+
 #[test]
 fn a_large_system_keeps_what_no_move_may_break() {
     let extents = [70.0, 60.0, 50.0];
     let (positions, ..) = run(2, extents, &[0.5]);
+    no_overlaps(positions, extents);
+}
+
+fn no_overlaps(positions: Vec<Vector3<f64>>, extents: [f64; 3]) {
     // Sorted by height, only pairs that are near in height need a look.
     let mut sorted: Vec<[f64; 3]> = positions.into_iter().map(Into::into).collect();
     sorted.sort_by(|a, b| a[0].total_cmp(&b[0]));

@@ -123,6 +123,11 @@ impl Grid {
         }
     }
 
+    /// Squared distance at which a sphere that moves straight touches another.
+    pub(crate) fn contact(&self) -> f64 {
+        self.contact
+    }
+
     /// Size of the table of cells in a layer.
     pub(crate) fn table(&self) -> usize {
         (self.cells[1] + 2) * (self.cells[2] + 2)

@@ -1,15 +1,23 @@
 //! Straight event chains in a field that varies along one axis.
 
+mod constraints;
+mod cut;
 mod force_bound;
+mod patience;
+mod tiles;
+mod visit;
 
 use super::{LocalMoves, Sweep, local};
 use crate::configuration::{Contact, wrap};
 use crate::drive::{Drive, Phase};
 use crate::observer::{AcceptedMove, Collision};
-use crate::random::{exponential, index, unit};
+use crate::random::{Generator, exponential, index, unit};
 use crate::{Error, Field, Slab, TemperatureProfile};
+use cut::Sizes;
 use force_bound::ForceBounds;
 use nalgebra::Vector3;
+use patience::Patience;
+use tiles::Tiles;
 
 /// What becomes of a chain that the field stops.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -37,6 +45,11 @@ pub enum FieldEvent {
 /// the chain has used up its length. Nothing is ever rejected. Along x a sphere that goes uphill in the reduced
 /// potential u is stopped by the field at the rate |u'| per distance; then the chain continues as
 /// [`FieldEvent`] says. A wall turns a sphere round. A sweep of [local moves](Self::local_moves) follows the chains.
+///
+/// Where the base is wide enough for several tiles of some 32 000 spheres, chains go tile by tile, between strips of spheres that
+/// are frozen meanwhile and turn chains round as walls do (Kapfer and Krauth, doi:10.1088/1742-6596/454/1/012031). Then a sweep runs all chains
+/// of some tiles, none in others, and [`PATH_PER_SPHERE`](Self::PATH_PER_SPHERE) holds on average over some tens of sweeps. The
+/// outcome does not depend on the number of cores that share them.
 ///
 /// Chains hold global balance, not detailed balance; the proof is in `docs/event_chains.md`.
 ///
@@ -74,7 +87,7 @@ impl Default for EventChains {
 }
 
 impl EventChains {
-    /// Path of all chains of a sweep, in diameters per sphere.
+    /// Path of all chains of a sweep, in diameters per sphere, on average over sweeps.
     pub const PATH_PER_SPHERE: f64 = 0.25;
     /// Largest mean length of a chain, in diameters.
     pub const MAXIMUM_LENGTH: f64 = 1e6;
@@ -148,6 +161,8 @@ pub(crate) struct Engine {
     bounds: ForceBounds,
     /// Path by which the chains so far exceed what the sweeps so far were to use, in diameters.
     advance: f64,
+    /// How wide systems are shared out.
+    tiles: Box<Tiles>,
     local: Option<local::Engine>,
 }
 
@@ -158,6 +173,7 @@ impl Engine {
             length: ChainLength::new(chains.length),
             bounds: ForceBounds::default(),
             advance: 0.0,
+            tiles: Box::new(Tiles::new(Sizes::GOOD)),
             local: chains.local_moves.map(local::Engine::new),
         }
     }
@@ -173,9 +189,16 @@ impl Engine {
             self.length.tune(sweep.scene.slab().height());
         }
         let particles = sweep.configuration.len();
-        sweep.configuration.track();
         let vertical_length = self.length.mean();
         let lateral_lengths = sweep.configuration.slab().widths().map(|width| vertical_length.min(width));
+        if self.tiles.suit(sweep.configuration.slab(), particles) {
+            let lengths = [vertical_length, lateral_lengths[0], lateral_lengths[1]];
+            let sums = self.tiles.sweep(sweep, &self.chains, &self.bounds, lengths)?;
+            self.length.path += sums.path;
+            self.length.field_events += sums.field_events;
+            return self.local.as_mut().map_or(Ok(()), |moves| moves.sweep(sweep));
+        }
+        sweep.configuration.track();
         let lateral_length = 0.5 * (lateral_lengths[0] + lateral_lengths[1]);
         // Share of the chains that makes the share of the path.
         let share = self.chains.vertical_fraction;
@@ -261,50 +284,57 @@ impl Engine {
                     if unit(sweep.generator) * bound < uphill {
                         sweep.tally.events += 1;
                         self.length.field_events += 1;
-                        (sphere, rising) = self.field_event(sweep, sphere, force)?;
+                        let Sweep { scene, drive, configuration, generator, .. } = sweep;
+                        let force_of = |other: usize| {
+                            let height = configuration.position(other)[0];
+                            (height, drive.reduced_force(scene, height))
+                        };
+                        let (rule, spheres) = (self.chains.field_event, configuration.len());
+                        (sphere, rising) = field_event(rule, generator, spheres, sphere, force, force_of)?;
                     }
                 }
             }
         }
     }
+}
 
-    /// Which sphere goes on, and whether upwards, after the field has stopped `sphere`, where the force is
-    /// `force`.
-    fn field_event<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
-        &self,
-        sweep: &mut Sweep<'_, F, T, D>,
-        sphere: usize,
-        force: f64,
-    ) -> Result<(usize, bool), Error> {
-        /// Steps of the random walk over spheres. Balance holds for any number; with more, fewer chains
-        /// turn round where forces differ much.
-        const STEPS: u32 = 4;
-        let (mut chosen, mut chosen_force) = (sphere, force);
-        if self.chains.field_event != FieldEvent::Reverse {
-            for _ in 0..STEPS {
-                let other = index(sweep.generator, sweep.configuration.len());
-                let height = sweep.configuration.position(other)[0];
-                let other_force = sweep.drive.reduced_force(sweep.scene, height);
-                if other_force.is_nan() {
-                    return Err(Error::InvalidForce { height, force: other_force, bound: f64::MAX });
-                }
-                #[cfg(test)]
-                if self.chains.field_event == FieldEvent::Unweighted {
-                    (chosen, chosen_force) = (other, other_force);
-                    continue;
-                }
-                // Metropolis for the distribution |u'|.
-                if other_force.abs() >= chosen_force.abs() * unit(sweep.generator) && other_force != 0.0 {
-                    (chosen, chosen_force) = (other, other_force);
-                }
+/// Which sphere goes on, and whether upwards, after the field has stopped `sphere`, where the force is
+/// `force`. `force_of` gives height and force of any of the spheres that may move.
+fn field_event(
+    rule: FieldEvent,
+    generator: &mut Generator,
+    spheres: usize,
+    sphere: usize,
+    force: f64,
+    force_of: impl Fn(usize) -> (f64, f64),
+) -> Result<(usize, bool), Error> {
+    /// Steps of the random walk over spheres. Balance holds for any number; with more, fewer chains
+    /// turn round where forces differ much.
+    const STEPS: u32 = 4;
+    let (mut chosen, mut chosen_force) = (sphere, force);
+    if rule != FieldEvent::Reverse {
+        for _ in 0..STEPS {
+            let other = index(generator, spheres);
+            let (height, other_force) = force_of(other);
+            if other_force.is_nan() {
+                return Err(Error::InvalidForce { height, force: other_force, bound: f64::MAX });
+            }
+            #[cfg(test)]
+            if rule == FieldEvent::Unweighted {
+                (chosen, chosen_force) = (other, other_force);
+                continue;
+            }
+            // Metropolis for the distribution |u'|.
+            if other_force.abs() >= chosen_force.abs() * unit(generator) && other_force != 0.0 {
+                (chosen, chosen_force) = (other, other_force);
             }
         }
-        #[cfg(test)]
-        if self.chains.field_event == FieldEvent::Uphill {
-            return Ok((chosen, chosen_force > 0.0));
-        }
-        Ok((chosen, chosen_force < 0.0))
     }
+    #[cfg(test)]
+    if rule == FieldEvent::Uphill {
+        return Ok((chosen, chosen_force > 0.0));
+    }
+    Ok((chosen, chosen_force < 0.0))
 }
 
 /// Mean length of chains, and what it is tuned by.
@@ -341,52 +371,6 @@ impl ChainLength {
         } else {
             self.tuned = self.tuned.min(height);
         }
-    }
-}
-
-/// Guards against chains that go on for ever without getting anywhere, where spheres touch all along
-/// the way or the force is immense.
-///
-/// While equilibrating, when no balance has to be kept yet, such a chain is given up early and quietly: crystals
-/// to start from are jammed until they have melted. In production it is an error, since giving up
-/// where spheres are dense would favour what is not.
-struct Patience {
-    phase: Phase,
-    length: f64,
-    /// Straight pieces since the mark.
-    pieces: u32,
-    /// Length that was left at the mark.
-    mark: f64,
-}
-
-impl Patience {
-    /// Straight pieces within which a chain must advance by one diameter. Only spheres that are jammed to a
-    /// hundred-thousandth of a diameter need more.
-    const PIECES: u32 = 100_000;
-    /// The same while equilibrating.
-    const PIECES_IN_EQUILIBRATION: u32 = 10_000;
-
-    fn new(length: f64, phase: Phase) -> Self {
-        Self { phase, length, pieces: 0, mark: length }
-    }
-
-    /// Whether the chain, which has `left` to go, may go on.
-    #[inline]
-    fn lasts(&mut self, left: f64) -> Result<bool, Error> {
-        self.pieces += 1;
-        if self.pieces < Self::PIECES_IN_EQUILIBRATION { Ok(true) } else { self.look(left) }
-    }
-
-    #[cold]
-    fn look(&mut self, left: f64) -> Result<bool, Error> {
-        if self.mark - left >= 1.0 {
-            (self.pieces, self.mark) = (0, left);
-        } else if self.phase == Phase::Equilibration {
-            return Ok(false);
-        } else if self.pieces >= Self::PIECES {
-            return Err(Error::ChainStuck { length: self.length, path: self.length - left });
-        }
-        Ok(true)
     }
 }
 

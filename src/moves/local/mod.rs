@@ -245,7 +245,7 @@ fn sweep_color(
 }
 
 /// A generator of its own for each domain of a sweep.
-fn derived(keys: [u64; 2], [slab, tile]: [usize; 2]) -> Generator {
+pub(in crate::moves) fn derived(keys: [u64; 2], [slab, tile]: [usize; 2]) -> Generator {
     /// Mixes all bits (the finalizer of `SplitMix64`).
     fn mix(mut value: u64) -> u64 {
         value = (value ^ value >> 30).wrapping_mul(0xbf58_476d_1ce4_e5b9);

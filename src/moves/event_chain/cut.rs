@@ -1,0 +1,241 @@
+//! How space is cut into tiles that chains along one axis do not leave.
+
+use crate::Slab;
+use crate::random::{Generator, unit};
+
+/// Distance between the mobile spheres of neighbouring tiles: more than that at which spheres touch.
+const STRIP: f64 = 1.0 + 1e-6;
+/// How far beside a tile the spheres are that its own may touch: less than [`STRIP`], so that none of them
+/// is mobile in another tile.
+const RIM: f64 = 1.0 + 5e-7;
+
+/// How large tiles are.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sizes {
+    /// Spheres of a tile that fit the cache.
+    pub(super) spheres: f64,
+    /// Least widths of what moves in a tile: of the base, and of tiles along the base.
+    pub(super) least: [f64; 2],
+    /// Mean path of the chains of one visit, in diameters per mobile sphere.
+    pub(super) path: f64,
+    /// Fewest tiles to be visited together, for the cores to share.
+    pub(super) together: usize,
+    /// Least number of tiles of the base.
+    pub(super) tiles: usize,
+}
+
+/// A range of a coordinate across the chains. What lies in it is mobile.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Section {
+    low: f64,
+    width: f64,
+    /// None between walls.
+    period: Option<f64>,
+    whole: bool,
+}
+
+impl Section {
+    /// The coordinate relative to the section, and whether it is inside; nothing if it is out of reach.
+    #[inline]
+    pub(super) fn locate(&self, value: f64) -> Option<(f64, bool)> {
+        let mut within = value - self.low;
+        if self.whole {
+            return Some((within, true));
+        }
+        if let Some(period) = self.period {
+            if within < 0.0 {
+                within += period;
+            }
+            if within > period - RIM {
+                within -= period;
+            }
+        }
+        let inside = within >= 0.0 && within < self.width;
+        (within > -RIM && within < self.width + RIM).then_some((within, inside))
+    }
+
+    /// Where the relative coordinates of what can be touched begin, and how far they extend.
+    pub(super) fn extent(&self) -> [f64; 2] {
+        if self.whole { [0.0, self.width] } else { [-RIM, self.width + 2.0 * RIM] }
+    }
+
+    /// Distance after which relative coordinates repeat, if they do.
+    pub(super) fn repeats(&self) -> Option<f64> {
+        self.period.filter(|_| self.whole)
+    }
+
+    /// Lowest relative coordinate in absolute terms.
+    pub(super) fn low(&self) -> f64 {
+        self.low
+    }
+
+    /// The cells in which spheres of the section, or beside it, are: the first and how many.
+    pub(super) fn cells(&self, cells: usize, side: f64) -> (usize, usize) {
+        if self.whole {
+            return (0, cells);
+        }
+        let [first, last] = [self.low - RIM, self.low + self.width + RIM].map(|edge| (edge / side).floor());
+        // Coordinates are at most 1e6.
+        #[allow(clippy::cast_possible_truncation)]
+        let (first, last) = (first as i64, last as i64);
+        let all = cells.cast_signed() as i64;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        if self.period.is_some() {
+            let count = (last - first + 1).min(all);
+            (first.rem_euclid(all) as usize, count as usize)
+        } else {
+            let (first, end) = (first.clamp(0, all), (last + 1).clamp(0, all));
+            (first as usize, (end - first).max(0) as usize)
+        }
+    }
+}
+
+/// Equal sections of one axis, with strips between them.
+#[derive(Debug, Clone, Copy)]
+struct Division {
+    extent: f64,
+    periodic: bool,
+    /// One stands for no cut.
+    sections: usize,
+    pitch: f64,
+}
+
+impl Division {
+    /// Sections of at least `width`, if two of them fit.
+    fn new(extent: f64, periodic: bool, width: f64) -> Self {
+        // At most 1e6.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let fitting = (extent / (width + STRIP)) as usize;
+        if fitting < 2 {
+            return Self { extent, periodic, sections: 1, pitch: extent };
+        }
+        // Between walls the first and the last are cut off.
+        Self { extent, periodic, sections: fitting + usize::from(!periodic), pitch: extent / fitting as f64 }
+    }
+
+    /// Share of the extent in which spheres are mobile, seen over all shifts.
+    fn mobile(&self) -> f64 {
+        if self.sections == 1 { 1.0 } else { 1.0 - STRIP / self.pitch }
+    }
+
+    fn section(&self, number: usize, shift: f64) -> Section {
+        let period = self.periodic.then_some(self.extent);
+        if self.sections == 1 {
+            return Section { low: 0.0, width: self.extent, period, whole: true };
+        }
+        let low = self.pitch * (number as f64 + shift - f64::from(!self.periodic));
+        Section { low, width: self.pitch - STRIP, period, whole: false }
+    }
+
+    fn width(&self) -> f64 {
+        if self.sections == 1 { self.extent } else { self.pitch - STRIP }
+    }
+}
+
+/// Tiles for chains along one axis: they extend over the whole of it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Cut {
+    pub(super) axis: usize,
+    divisions: [Division; 2],
+}
+
+impl Cut {
+    /// The axes across one.
+    pub(super) const ACROSS: [[usize; 2]; 3] = [[1, 2], [0, 2], [0, 1]];
+
+    pub(super) fn new(axis: usize, slab: &Slab, particles: usize, sizes: &Sizes) -> Self {
+        /// Number density that is taken for granted along the base.
+        const DENSITY: f64 = 0.5;
+        let [width_y, width_z] = slab.widths();
+        let extents = [slab.height(), width_y, width_z];
+        let column = particles as f64 / slab.base_area();
+        // Spheres over the area across, in a tile.
+        let (density, least) =
+            if axis == 0 { (column, sizes.least[0]) } else { (DENSITY * extents[axis], sizes.least[1]) };
+        let area = sizes.spheres / density;
+        let across = Self::ACROSS[axis];
+        let divide = |axis: usize, width: f64| Division::new(extents[axis], axis != 0, width.max(least));
+        // The narrower first: where it is not cut, tiles are the longer along the other.
+        let (narrow, wide) = if extents[across[0]] <= extents[across[1]] { (0, 1) } else { (1, 0) };
+        let mut divisions = [divide(across[narrow], area.sqrt()); 2];
+        divisions[wide] = divide(across[wide], area / divisions[narrow].width());
+        Self { axis, divisions }
+    }
+
+    /// Number of tiles.
+    pub(super) fn tiles(&self) -> usize {
+        self.divisions[0].sections * self.divisions[1].sections
+    }
+
+    /// Share of the spheres that are mobile in some tile, seen over all shifts.
+    pub(super) fn mobile(&self) -> f64 {
+        self.divisions[0].mobile() * self.divisions[1].mobile()
+    }
+
+    /// A cut somewhere else.
+    pub(super) fn shifted(self, generator: &mut Generator) -> Shifted {
+        Shifted { cut: self, shifts: [unit(generator), unit(generator)] }
+    }
+}
+
+/// A cut where it is at a visit.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shifted {
+    pub(super) cut: Cut,
+    shifts: [f64; 2],
+}
+
+impl Shifted {
+    pub(super) fn tile(&self, number: usize) -> [Section; 2] {
+        let [first, second] = self.cut.divisions;
+        [
+            first.section(number / second.sections, self.shifts[0]),
+            second.section(number % second.sections, self.shifts[1]),
+        ]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+
+    #[test]
+    fn every_place_is_mobile_as_often_as_any_other_and_in_one_tile_only() {
+        let sizes = Sizes { spheres: 0.0, least: [2.0, 1.5], path: 1.0, together: 1, tiles: 4 };
+        let slab = Slab::new(14.0, 10.0, 4.0).unwrap();
+        let extents = [slab.height(), 10.0, 4.0];
+        let mut generator = Generator::seed_from_u64(1);
+        let cuts = 20_000;
+        for axis in 0..3 {
+            let cut = Cut::new(axis, &slab, 100, &sizes);
+            assert!(cut.tiles() >= 3);
+            let across = Cut::ACROSS[axis];
+            // Places near an edge, and anywhere.
+            for place in [[0.501_f64, 0.001], [0.6, 3.999], [3.2, 1.7], [9.3, 2.0]] {
+                let mut mobile = 0;
+                for _ in 0..cuts {
+                    let shifted = cut.shifted(&mut generator);
+                    let mut owners = 0;
+                    let mut neighbours = 0;
+                    for tile in 0..cut.tiles() {
+                        let sections = shifted.tile(tile);
+                        let [first, second] = [0, 1]
+                            .map(|side: usize| sections[side].locate(place[side].min(extents[across[side]])));
+                        if let (Some((_, first)), Some((_, second))) = (first, second) {
+                            owners += u32::from(first && second);
+                            neighbours += u32::from(!(first && second));
+                        }
+                    }
+                    // What is mobile in one tile is out of reach in all others.
+                    assert!(owners == 0 || (owners == 1 && neighbours == 0));
+                    mobile += owners;
+                }
+                let share = f64::from(mobile) / f64::from(cuts);
+                // Four standard errors.
+                let error = 4.0 * (0.25 / f64::from(cuts)).sqrt();
+                assert!((share - cut.mobile()).abs() < error, "{axis} {place:?}: {share}, {}", cut.mobile());
+            }
+        }
+    }
+}

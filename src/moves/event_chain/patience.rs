@@ -1,0 +1,59 @@
+//! Chains that do not get ahead.
+
+use crate::Error;
+use crate::drive::Phase;
+
+/// Guards against chains that go on for ever without getting anywhere, where spheres touch all along
+/// the way or the force is immense.
+///
+/// While equilibrating, when no balance has to be kept yet, such a chain is given up early and quietly: crystals
+/// to start from are jammed until they have melted. In production it is an error, since giving up
+/// where spheres are dense would favour what is not.
+pub(super) struct Patience {
+    phase: Phase,
+    most: u32,
+    length: f64,
+    /// Straight pieces since the mark.
+    pieces: u32,
+    /// Length that was left at the mark.
+    mark: f64,
+}
+
+impl Patience {
+    /// Straight pieces within which a chain must advance by one diameter. Only spheres that are jammed to a
+    /// hundred-thousandth of a diameter need more.
+    pub(super) const PIECES: u32 = 100_000;
+    /// The same in tiles.
+    const PIECES_BETWEEN_FROZEN: u32 = 1_000_000;
+    /// The same while equilibrating.
+    pub(super) const PIECES_IN_EQUILIBRATION: u32 = 10_000;
+
+    pub(super) fn new(length: f64, phase: Phase) -> Self {
+        Self { phase, most: Self::PIECES, length, pieces: 0, mark: length }
+    }
+
+    /// Of a chain of a tile. A sphere may sit between two frozen ones that leave it next to no room, and
+    /// goes to and fro until the chain is over.
+    pub(super) fn between_frozen(length: f64, phase: Phase) -> Self {
+        Self { most: Self::PIECES_BETWEEN_FROZEN, ..Self::new(length, phase) }
+    }
+
+    /// Whether the chain, which has `left` to go, may go on.
+    #[inline]
+    pub(super) fn lasts(&mut self, left: f64) -> Result<bool, Error> {
+        self.pieces += 1;
+        if self.pieces < Self::PIECES_IN_EQUILIBRATION { Ok(true) } else { self.look(left) }
+    }
+
+    #[cold]
+    fn look(&mut self, left: f64) -> Result<bool, Error> {
+        if self.mark - left >= 1.0 {
+            (self.pieces, self.mark) = (0, left);
+        } else if self.phase == Phase::Equilibration {
+            return Ok(false);
+        } else if self.pieces >= self.most {
+            return Err(Error::ChainStuck { length: self.length, path: self.length - left });
+        }
+        Ok(true)
+    }
+}

@@ -1,0 +1,246 @@
+//! Chains in tiles leave the distribution as it is, however small the tiles are; wrong rules do not.
+
+use super::*;
+use crate::configuration::Configuration;
+use crate::drive::{IsothermalDrive, Phase};
+use crate::field::{ExponentialField, UniformField};
+use crate::moves::LocalMoves;
+use crate::moves::event_chain::{Engine, FieldEvent};
+use crate::observer::{Frame, Observer, Tally};
+use crate::observers::{CenterOfMass, ChainPressureProfile, DensityProfile};
+use crate::statistics::{BlockAverages, Estimate};
+use crate::temperature::Isothermal;
+use crate::{Centers, Scene};
+use rand::SeedableRng;
+
+/// Tiles that are as small as they can be: most of their spheres touch frozen ones.
+const SMALL: Sizes = Sizes { spheres: 0.0, least: [0.45, 0.45], path: 1.0, together: 2, tiles: 4 };
+/// No system is wide enough.
+const NONE: Sizes = Sizes { tiles: usize::MAX, ..SMALL };
+
+/// A column and its chains.
+struct Column<F> {
+    scene: Scene<F, Isothermal>,
+    configuration: Configuration,
+    engine: Engine,
+    generator: Generator,
+    tally: Tally,
+    sweeps: u64,
+}
+
+impl<F: Field> Column<F> {
+    fn new(
+        extents: [f64; 3],
+        field: F,
+        temperature: f64,
+        positions: &[[f64; 3]],
+        chains: EventChains,
+    ) -> Self {
+        let slab = Slab::new(extents[0], extents[1], extents[2]).unwrap();
+        let temperature = Isothermal::new(temperature).unwrap();
+        Self {
+            scene: Scene::new(slab, positions.len(), field, temperature).unwrap(),
+            configuration: Configuration::new(slab, positions).unwrap(),
+            engine: Engine::new(chains),
+            generator: Generator::seed_from_u64(5),
+            tally: Tally::default(),
+            sweeps: 0,
+        }
+    }
+
+    fn in_tiles(mut self, sizes: Sizes, frozen: Frozen) -> Self {
+        self.engine.tiles = Box::new(Tiles { frozen, ..Tiles::new(sizes) });
+        let suits = self.engine.tiles.suit(self.scene.slab(), self.configuration.len());
+        assert_eq!(suits, sizes.tiles < usize::MAX);
+        self
+    }
+
+    fn sweep(&mut self, observer: &mut impl Observer) {
+        self.engine
+            .sweep(&mut Sweep {
+                scene: &self.scene,
+                drive: &IsothermalDrive,
+                configuration: &mut self.configuration,
+                generator: &mut self.generator,
+                tally: &mut self.tally,
+                phase: Phase::Production,
+                recorder: observer.recorder(),
+            })
+            .unwrap();
+        self.sweeps += 1;
+        let frame = Frame {
+            slab: self.scene.slab(),
+            field: self.scene.field(),
+            temperature: self.scene.temperature(),
+            centers: Centers::new(&self.configuration),
+            sweep: self.sweeps,
+            tally: &self.tally,
+        };
+        observer.observe(&frame).unwrap();
+    }
+}
+
+fn agrees(what: &str, estimate: Estimate, exact: f64, cap: f64) -> Result<(), String> {
+    let deviation = estimate.deviation_from(exact);
+    // A NaN fails the comparisons too.
+    if estimate.standard_error < cap && deviation.abs() < 4.0 {
+        Ok(())
+    } else {
+        Err(format!("{what}: {estimate} against {exact}, {deviation:.1} sigma, cap {cap}"))
+    }
+}
+
+#[test]
+fn one_sphere_in_many_tiles_follows_the_barometric_law() {
+    let (temperature, range) = (1.5, 11.0);
+    let chains = EventChains::with_length(3.0).unwrap().local_moves(None);
+    for rule in [FieldEvent::Relocate, FieldEvent::Reverse] {
+        let extents = [range + 1.0, 6.0, 5.0];
+        let chains = chains.field_event(rule);
+        let mut column = Column::new(extents, UniformField::default(), temperature, &[[1.0; 3]], chains)
+            .in_tiles(Sizes { path: 6.0, ..SMALL }, Frozen::Turns);
+        let mut moments = BlockAverages::new(2).unwrap();
+        let mut across = [0_u32; 2];
+        let sweeps = 1_000_000;
+        for _ in 0..sweeps {
+            column.sweep(&mut ());
+            let [x, y, z] = column.configuration.positions()[0];
+            moments.push(&[x - 0.5, (x - 0.5) * (x - 0.5)]).unwrap();
+            across[0] += u32::from(y > 3.0);
+            across[1] += u32::from(z > 2.5);
+        }
+        let tail = libm::expm1(range / temperature);
+        let expected = [
+            temperature - range / tail,
+            2.0 * temperature * temperature - range * (range + 2.0 * temperature) / tail,
+        ];
+        for (estimate, expected) in moments.estimates().unwrap().into_iter().zip(expected) {
+            agrees("moment", estimate, expected, 0.03 * expected).unwrap();
+        }
+        // Every place across is as good as any other.
+        for times in across {
+            assert!((f64::from(times) / f64::from(sweeps) - 0.5).abs() < 0.05, "{across:?}");
+        }
+    }
+}
+
+const SIDE: f64 = 3.0;
+
+/// Two spheres closer than this are near contact.
+const NEAR: f64 = 1.03;
+
+/// Mean height of two spheres over a base 3 x 3, their mean difference in height, and how often they are near
+/// contact, by Simpson's rule.
+fn exact_moments(height: f64, potential: impl Fn(f64) -> f64) -> [f64; 3] {
+    const PANELS: usize = 1500;
+    let width = (height - 1.0) / (2 * PANELS) as f64;
+    let nodes: Vec<(f64, f64)> = (0..=2 * PANELS)
+        .map(|node| {
+            let x = 0.5 + node as f64 * width;
+            let weight = if node == 0 || node == 2 * PANELS { 1.0 } else { (2 + 2 * (node % 2)) as f64 };
+            (x, weight * libm::exp(-potential(x)))
+        })
+        .collect();
+    let mut sums = [0.0; 4];
+    for &(x, a) in &nodes {
+        for &(y, b) in &nodes {
+            let within =
+                |distance: f64| std::f64::consts::PI * (distance * distance - (x - y) * (x - y)).max(0.0);
+            let free = SIDE * SIDE - within(1.0);
+            let near = within(NEAR) - within(1.0);
+            for (sum, value) in sums.iter_mut().zip([free, 0.5 * (x + y) * free, (x - y).abs() * free, near])
+            {
+                *sum += a * b * value;
+            }
+        }
+    }
+    [sums[1] / sums[0], sums[2] / sums[0], sums[3] / sums[0]]
+}
+
+/// Two spheres in tiles, against what is exact.
+fn two_spheres(rule: FieldEvent, frozen: Frozen, vertical: f64) -> Result<(), String> {
+    let (height, temperature) = (6.0, 3.0);
+    let field = ExponentialField::new(0.3).unwrap();
+    let exact = exact_moments(height, |x| field.potential(x) / temperature);
+    let chains = EventChains::with_length(3.0).unwrap().field_event(rule).local_moves(None);
+    let chains = chains.vertical_fraction(vertical).unwrap();
+    let positions = [[1.0, 1.0, 1.0], [3.0, 1.0, 1.0]];
+    let mut column =
+        Column::new([height, SIDE, SIDE], field, temperature, &positions, chains).in_tiles(SMALL, frozen);
+    let mut moments = BlockAverages::new(3).unwrap();
+    let image = |distance: f64| distance.abs().min(SIDE - distance.abs());
+    for sweep in 0..1_200_000 {
+        column.sweep(&mut ());
+        if sweep > 10_000 {
+            let positions = column.configuration.positions();
+            let (a, b) = (positions[0], positions[1]);
+            let [x, y, z] = [a[0] - b[0], image(a[1] - b[1]), image(a[2] - b[2])];
+            let near = x * x + y * y + z * z < NEAR * NEAR;
+            moments.push(&[0.5 * (a[0] + b[0]), x.abs(), f64::from(u8::from(near))]).unwrap();
+        }
+    }
+    let estimates = moments.estimates().unwrap();
+    agrees("mean height", estimates[0], exact[0], 0.01)?;
+    agrees("difference", estimates[1], exact[1], 0.01)?;
+    agrees("near contact", estimates[2], exact[2], 0.04 * exact[2])
+}
+
+#[test]
+fn two_spheres_tell_what_a_frozen_sphere_must_do() {
+    two_spheres(FieldEvent::Relocate, Frozen::Turns, 0.5).unwrap();
+    two_spheres(FieldEvent::Reverse, Frozen::Turns, 0.5).unwrap();
+    let wrong = two_spheres(FieldEvent::Relocate, Frozen::Ends, 0.5).unwrap_err();
+    assert!(wrong.contains("sigma"), "{wrong}");
+}
+
+/// Contact density, centre of mass, profile and pressures of a column of 96 spheres over a base 6 x 5.
+fn observe(sizes: Sizes, frozen: Frozen, local: Option<LocalMoves>) -> Vec<Estimate> {
+    let (temperature, extents) = (3.0, [30.0, 6.0, 5.0]);
+    let positions: Vec<[f64; 3]> = (0..96)
+        .map(|sphere| {
+            let (layer, place) = (sphere / 20, sphere % 20);
+            [0.6 + 1.1 * f64::from(layer), 1.2 * f64::from(place / 4), 1.25 * f64::from(place % 4)]
+        })
+        .collect();
+    let chains = EventChains::with_length(8.0).unwrap().vertical_fraction(0.7).unwrap().local_moves(local);
+    let column = Column::new(extents, UniformField::default(), temperature, &positions, chains);
+    let mut column = column.in_tiles(sizes, frozen);
+    for _ in 0..10_000 {
+        column.sweep(&mut ());
+    }
+    let slab = *column.scene.slab();
+    let profile = DensityProfile::with_range(&slab, 0.5, 8.5, 8).unwrap();
+    let near_base = DensityProfile::with_range(&slab, 0.5, 0.58, 2).unwrap();
+    let pressures = ChainPressureProfile::with_range(&slab, 1.0, 7.0, 3).unwrap();
+    let mut observers = (CenterOfMass::new(), profile, near_base, pressures);
+    for _ in 0..100_000 {
+        column.sweep(&mut observers);
+    }
+    let (center, profile, near_base, pressures) = observers;
+    let contact = near_base.jackknife(|bins: &[f64]| [1.5 * bins[0] - 0.5 * bins[1]]).unwrap()[0];
+    let mut values = vec![contact, center.estimate().unwrap()];
+    values.extend(profile.points().unwrap().iter().map(|point| point.number_density));
+    for point in pressures.points().unwrap() {
+        values.extend([point.normal, point.lateral]);
+    }
+    values
+}
+
+#[test]
+fn a_column_in_small_tiles_agrees_with_one_in_none() {
+    let local = Some(LocalMoves::unchecked(0.4));
+    let expected = observe(NONE, Frozen::Turns, local);
+    let found = observe(SMALL, Frozen::Turns, local);
+    // The contact theorem: n(1/2) T is the weight on the base.
+    agrees("contact", found[0], 96.0 / 30.0 / 3.0, 0.05).unwrap();
+    let same = |found: &[Estimate]| {
+        found.iter().zip(&expected).enumerate().try_for_each(|(item, (found, expected))| {
+            let joint = Estimate::new(found.mean, found.standard_error.hypot(expected.standard_error));
+            agrees(&format!("item {item}"), joint, expected.mean, 0.05 * expected.mean)
+        })
+    };
+    same(&found).unwrap();
+    // A chain that ends at a frozen sphere leaves the base too full.
+    let wrong = same(&observe(SMALL, Frozen::Ends, local)).unwrap_err();
+    assert!(wrong.contains("sigma"), "{wrong}");
+}

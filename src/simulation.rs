@@ -2,7 +2,7 @@
 
 use crate::configuration::Configuration;
 use crate::drive::{ClosedForm, Drive, IsothermalDrive, Phase, Scheme};
-use crate::moves::{Engine, LocalMoves, Moves, Sweep};
+use crate::moves::{Engine, LocalMoves, Moves, Sweep, TunedDisplacements};
 use crate::observer::{Frame, Observer, Tally};
 use crate::random::Generator;
 use crate::start::{Start, Theory};
@@ -217,6 +217,12 @@ impl<F, T, D> Simulation<F, T, D> {
     /// Trials and acceptances so far.
     pub fn tally(&self) -> &Tally {
         &self.tally
+    }
+
+    /// The maximum displacements of [`LocalMoves::tuned`] as they are now, alone or between event chains; none of
+    /// other moves.
+    pub fn tuned_displacements(&self) -> Option<&TunedDisplacements> {
+        self.engine.local()?.tuning()
     }
 
     /// Centres of the spheres, in diameters; what a later run needs to go on from here with

@@ -148,7 +148,7 @@ pub(crate) struct Engine {
     bounds: ForceBounds,
     /// Path by which the chains so far exceed what the sweeps so far were to use, in diameters.
     advance: f64,
-    local: Option<local::Engine>,
+    pub(super) local: Option<local::Engine>,
 }
 
 impl Engine {

@@ -102,6 +102,32 @@ fn column(
 }
 
 #[test]
+fn any_slab_will_do() {
+    for (extents, particles) in
+        [([2.0, 3.0, 3.0], 1), ([2.5, 3.0, 40.0], 30), ([5000.0, 3.0, 3.5], 40), ([13.0, 90.0, 80.0], 9000)]
+    {
+        let mut simulation = column(1.0, extents, particles, LocalMoves::tuned());
+        simulation.equilibrate(100, &mut ()).unwrap();
+        simulation.run(100, &mut ()).unwrap();
+        let tuned = simulation.tuned_displacements().unwrap();
+        let largest = 0.5 * extents[0].min(extents[1]).min(extents[2]);
+        for height in [-1.0, 0.0, 0.5 * extents[0], extents[0], 1e9, f64::INFINITY] {
+            assert!(tuned.short(height).is_none_or(|size| size > 0.0 && size <= largest.min(3.0)));
+        }
+        assert!(tuned.short(f64::NAN).is_none());
+        assert!(tuned.long().is_none_or(|size| size > 2.0 && size <= 0.5 * extents[0]));
+        // No jumps where there is no room.
+        assert!(extents[0] > 6.0 || tuned.long().is_none());
+        // Valid positions, or this would fail.
+        crate::configuration::Configuration::new(
+            *simulation.scene().slab(),
+            &simulation.positions().into_iter().map(Into::into).collect::<Vec<_>>(),
+        )
+        .unwrap();
+    }
+}
+
+#[test]
 fn sizes_fall_with_the_density_and_are_frozen_in_production() {
     // Packing fraction 0.48 at the base.
     let mut simulation = column(2.0, [80.0, 5.0, 5.0], 500, LocalMoves::tuned());

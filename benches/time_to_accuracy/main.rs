@@ -200,12 +200,10 @@ fn table(runs: &[(Method, Vec<Checkpoint>)], target: f64) -> Table {
             let about = |extrapolated: bool| if extrapolated { "≥ " } else { "" };
             cells
                 .push(own.map_or("?".into(), |own| format!("{}{:.2}", about(own.extrapolated), own.seconds)));
-            cells.push(own.zip(other).map_or("?".into(), |(own, other)| {
-                format!(
-                    "{}{:.1}",
-                    about(other.extrapolated && !own.extrapolated),
-                    other.seconds / own.seconds
-                )
+            // Of two that were not reached nothing is known.
+            let compared = own.zip(other).filter(|(own, _)| !own.extrapolated);
+            cells.push(compared.map_or("-".into(), |(own, other)| {
+                format!("{}{:.1}", about(other.extrapolated), other.seconds / own.seconds)
             }));
         }
         table.row(method.label(), cells);

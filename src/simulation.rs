@@ -2,7 +2,7 @@
 
 use crate::configuration::Configuration;
 use crate::drive::{Certificate, ClosedForm, Drive, IsothermalDrive, MappedDrive, Phase, Scheme};
-use crate::moves::{Engine, LocalMoves, Moves, Sweep};
+use crate::moves::{Engine, LocalMoves, Moves, Sweep, TunedDisplacements};
 use crate::observer::{Frame, Observer, Tally};
 use crate::random::Generator;
 use crate::start::{Start, Theory};
@@ -245,6 +245,12 @@ impl<F, T, D> Simulation<F, T, D> {
     /// Trials and acceptances so far.
     pub fn tally(&self) -> &Tally {
         &self.tally
+    }
+
+    /// The maximum displacements of [`LocalMoves::tuned`] as they are now, alone or between event chains; none of
+    /// other moves.
+    pub fn tuned_displacements(&self) -> Option<&TunedDisplacements> {
+        self.engine.local()?.tuning()
     }
 
     /// Centres of the spheres, in diameters; what a later run needs to go on from here with

@@ -6,6 +6,7 @@
 
 use gradient_mc::drive::{IsothermalDrive, SelfConsistent, SelfConsistentDrive};
 use gradient_mc::field::UniformField;
+use gradient_mc::moves::LocalMoves;
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{Scene, Simulation, Slab};
 
@@ -31,6 +32,14 @@ fn isothermal_sweeps_allocate_nothing() {
     let mut simulation = Simulation::builder(scene).seed(1).build().unwrap();
     // The cell list makes a page at most for each sphere at first; then it reuses them.
     simulation.equilibrate(2000, &mut ()).unwrap();
+    let counted = allocation_counter::measure(|| simulation.run(200, &mut ()).unwrap());
+    assert_eq!(counted.count_total, 0);
+
+    // Sizes that were tuned are as cheap as others once they are fixed.
+    let moves = LocalMoves::tuned();
+    let mut simulation = Simulation::builder(scene).moves(moves).seed(1).build().unwrap();
+    simulation.equilibrate(2000, &mut ()).unwrap();
+    simulation.run(200, &mut ()).unwrap();
     let counted = allocation_counter::measure(|| simulation.run(200, &mut ()).unwrap());
     assert_eq!(counted.count_total, 0);
 

@@ -40,12 +40,15 @@ impl Observer for Moves {
 }
 
 /// A column of several slabs, or a wide one of many tiles too.
+///
+/// S is tuned if none is given.
 fn run(threads: usize, extents: [f64; 3], moves: &[f64]) -> (Vec<Vector3<f64>>, Moves, Tally) {
     let slab = Slab::new(extents[0], extents[1], extents[2]).unwrap();
     let particles = 12_000;
     let scene =
         Scene::new(slab, particles, UniformField::new(0.05).unwrap(), Isothermal::new(2.0).unwrap()).unwrap();
-    let moves = LocalMoves::mixture(moves, &slab).unwrap();
+    let moves =
+        if moves.is_empty() { LocalMoves::tuned() } else { LocalMoves::mixture(moves, &slab).unwrap() };
     let builder = Simulation::builder(scene).start(Uniform::new(0.2)).moves(moves).seed(9);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
@@ -60,7 +63,9 @@ fn run(threads: usize, extents: [f64; 3], moves: &[f64]) -> (Vec<Vector3<f64>>, 
 
 #[test]
 fn any_number_of_threads_gives_the_same_bits() {
-    for (extents, moves) in [([250.0, 16.0, 16.0], &[0.3][..]), ([70.0, 60.0, 50.0], &[0.1, 0.4])] {
+    for (extents, moves) in
+        [([250.0, 16.0, 16.0], &[0.3][..]), ([70.0, 60.0, 50.0], &[0.1, 0.4]), ([250.0, 16.0, 16.0], &[])]
+    {
         let expected = run(1, extents, moves);
         assert_eq!(expected.2.trials, 20 * 12_000);
         assert!(expected.1.count > 10_000 && expected.1.count < expected.2.accepted);
@@ -74,12 +79,13 @@ fn any_number_of_threads_gives_the_same_bits() {
 #[test]
 fn the_bits_are_those_of_the_serial_program() {
     // Written down from a run without the feature `rayon`.
-    const DIGEST: u64 = 10_688_306_100_750_185_840;
-    let (positions, ..) = run(3, [250.0, 16.0, 16.0], &[0.3]);
-    let digest = positions.iter().flat_map(|position| position.iter()).fold(0_u64, |digest, value| {
-        (digest ^ value.to_bits()).wrapping_mul(0x0100_0000_01b3).rotate_left(5)
-    });
-    assert_eq!(digest, DIGEST);
+    for (moves, expected) in [(&[0.3][..], 10_688_306_100_750_185_840), (&[], 18_157_823_412_695_333_238)] {
+        let (positions, ..) = run(3, [250.0, 16.0, 16.0], moves);
+        let digest = positions.iter().flat_map(|position| position.iter()).fold(0_u64, |digest, value| {
+            (digest ^ value.to_bits()).wrapping_mul(0x0100_0000_01b3).rotate_left(5)
+        });
+        assert_eq!(digest, expected, "{moves:?}");
+    }
 }
 
 /// A base of four tiles, with chains alone and with local moves in between.

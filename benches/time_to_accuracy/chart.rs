@@ -3,6 +3,7 @@
 use crate::common::Failure;
 use crate::common::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use crate::{Checkpoint, Errors, Method};
+use plotters::style::RGBColor;
 use std::path::Path;
 
 /// Draws `<path>.svg` and `<path>.png`.
@@ -35,7 +36,15 @@ fn panel(
     if left < 0.25 {
         panel = panel.with_legend(Corner::TopRight);
     }
-    let palette = [colors::BLUE, colors::GREEN, colors::PURPLE, colors::VERMILION, colors::INK];
+    let palette = [
+        RGBColor(214, 143, 0),
+        RGBColor(86, 170, 220),
+        colors::BLUE,
+        colors::GREEN,
+        colors::PURPLE,
+        colors::VERMILION,
+        colors::INK,
+    ];
     for ((method, checkpoints), color) in runs.iter().zip(palette) {
         let at = |checkpoint: &Checkpoint| (checkpoint.seconds.log10(), error(&checkpoint.errors).log10());
         let points: Vec<(f64, f64)> = checkpoints.iter().map(at).collect();

@@ -13,6 +13,8 @@ use rustix::time::{ClockId, clock_gettime};
 
 /// The paper's largest displacement.
 const DISPLACEMENT: f64 = 0.75;
+/// Sweeps in which what can be tuned is; they count like all others.
+const EQUILIBRATION: u64 = 1024;
 
 /// CPU seconds of this thread.
 pub(crate) fn cpu_seconds() -> f64 {
@@ -24,13 +26,17 @@ pub(crate) fn cpu_seconds() -> f64 {
 pub(crate) enum Method {
     Plain,
     LocalFromUniform,
+    TunedFromUniform,
     ChainsFromUniform,
     LocalFromTheory,
+    TunedFromTheory,
     ChainsFromTheory,
 }
 
 impl Method {
-    pub(crate) const ALL: [Self; 5] = [
+    pub(crate) const ALL: [Self; 7] = [
+        Self::TunedFromTheory,
+        Self::TunedFromUniform,
         Self::ChainsFromTheory,
         Self::ChainsFromUniform,
         Self::LocalFromTheory,
@@ -42,8 +48,10 @@ impl Method {
         match self {
             Self::Plain => "the paper's algorithm, uniform start",
             Self::LocalFromUniform => "local moves, uniform start",
+            Self::TunedFromUniform => "tuned local moves, uniform start",
             Self::ChainsFromUniform => "event chains, uniform start",
             Self::LocalFromTheory => "local moves, theory start",
+            Self::TunedFromTheory => "tuned local moves, theory start",
             Self::ChainsFromTheory => "event chains, theory start",
         }
     }
@@ -54,6 +62,7 @@ impl Method {
         let scene =
             Scene::new(slab, particles(width), UniformField::default(), Isothermal::new(TEMPERATURE)?)?;
         let local: Moves = LocalMoves::new(DISPLACEMENT, &slab)?.into();
+        let tuned: Moves = LocalMoves::tuned().into();
         let chains: Moves = EventChains::default().into();
         match self {
             Self::Plain => {
@@ -62,8 +71,10 @@ impl Method {
                 Ok(Box::new(PlainColumn::new(HEIGHT, width, TEMPERATURE, DISPLACEMENT, &positions, seed)))
             }
             Self::LocalFromUniform => library(scene, Uniform::default(), local, seed),
+            Self::TunedFromUniform => library(scene, Uniform::default(), tuned, seed),
             Self::ChainsFromUniform => library(scene, Uniform::default(), chains, seed),
             Self::LocalFromTheory => library(scene, Theory, local, seed),
+            Self::TunedFromTheory => library(scene, Theory, tuned, seed),
             Self::ChainsFromTheory => library(scene, Theory, chains, seed),
         }
     }
@@ -87,8 +98,13 @@ pub(crate) trait Engine: Send {
 
 impl<F: Field + Send, T: TemperatureProfile + Send, D: Drive<F, T> + Send> Engine for Simulation<F, T, D> {
     fn sweep(&mut self, sweeps: u64) -> Result<(), Failure> {
-        // Chains are tuned while equilibrating; nothing else differs.
-        Ok(self.equilibrate(sweeps, &mut ())?)
+        // What adapts does so at first, and is fixed then.
+        let adapting = EQUILIBRATION.saturating_sub(self.frame().sweep()).min(sweeps);
+        self.equilibrate(adapting, &mut ())?;
+        if adapting < sweeps {
+            self.run(sweeps - adapting, &mut ())?;
+        }
+        Ok(())
     }
 
     fn heights(&self, look: &mut dyn FnMut(f64)) {

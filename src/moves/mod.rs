@@ -3,7 +3,8 @@
 //! | family | balance | what it is for |
 //! |---|---|---|
 //! | [`LocalMoves`] | detailed | the paper's rule; any drive |
-//! | [`EventChains`] | global | the fastest way to a small error bar (with local moves in between); drives that are fixed while measuring |
+//! | [`LocalMoves::tuned`] | detailed | any scene, without a choice of S; the fastest where the base is not dense |
+//! | [`EventChains`] | global | the fastest where it is dense (with local moves in between); drives that are fixed while measuring |
 //!
 //! Each reads the drive (`reduced_potential` through [`log_acceptance`](crate::drive::log_acceptance), or its derivative
 //! `reduced_force`) and nothing else. A new family is a new file here and a variant of [`Moves`].
@@ -12,7 +13,7 @@ mod event_chain;
 mod local;
 
 pub use event_chain::{EventChains, FieldEvent};
-pub use local::LocalMoves;
+pub use local::{LocalMoves, TunedDisplacements};
 
 use crate::configuration::Configuration;
 use crate::drive::{Drive, Phase};
@@ -65,6 +66,14 @@ impl Engine {
         match moves {
             Moves::Local(moves) => Self::Local(local::Engine::new(moves)),
             Moves::EventChains(chains) => Self::EventChains(event_chain::Engine::new(chains)),
+        }
+    }
+
+    /// The local moves, alone or between chains.
+    pub(crate) fn local(&self) -> Option<&local::Engine> {
+        match self {
+            Self::Local(moves) => Some(moves),
+            Self::EventChains(chains) => chains.local.as_ref(),
         }
     }
 

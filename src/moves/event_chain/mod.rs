@@ -163,7 +163,7 @@ pub(crate) struct Engine {
     advance: f64,
     /// How wide systems are shared out.
     tiles: Box<Tiles>,
-    local: Option<local::Engine>,
+    pub(super) local: Option<local::Engine>,
 }
 
 impl Engine {

@@ -26,8 +26,8 @@ pub(super) struct Rules<'a> {
 pub(super) struct Trials<const COUNT: usize> {
     /// The number of the sphere and a displacement in 32 bits, and two more displacements.
     pub(super) random: [[u64; COUNT]; 2],
-    /// Largest displacement, over 2³².
-    pub(super) scale: [f64; COUNT],
+    /// Largest displacement along x, and along y and z, over 2³².
+    pub(super) scale: [[f64; COUNT]; 2],
     chosen: [u32; COUNT],
     place: [Place; COUNT],
     from_height: [f64; COUNT],
@@ -65,7 +65,7 @@ impl<const COUNT: usize> Trials<COUNT> {
     pub(super) fn new() -> Self {
         Self {
             random: [[0; COUNT]; 2],
-            scale: [0.0; COUNT],
+            scale: [[0.0; COUNT]; 2],
             chosen: [0; COUNT],
             place: [Place::default(); COUNT],
             from_height: [0.0; COUNT],
@@ -86,7 +86,7 @@ impl<const COUNT: usize> Trials<COUNT> {
             1 => self.random[1][trial],
             _ => self.random[1][trial] >> 32,
         };
-        self.scale[trial] * odd_integer(bits)
+        self.scale[usize::from(axis > 0)][trial] * odd_integer(bits)
     }
 
     pub(super) fn displacements(&self, trial: usize) -> [f64; 3] {
@@ -223,7 +223,7 @@ impl<const COUNT: usize> Trials<COUNT> {
     pub(super) fn alone(&self, trial: usize) -> Trials<1> {
         Trials {
             random: self.random.map(|random| [random[trial]]),
-            scale: [self.scale[trial]],
+            scale: self.scale.map(|scale| [scale[trial]]),
             ..Trials::new()
         }
     }

@@ -19,6 +19,9 @@ pub(super) struct Sizes {
 impl Sizes {
     /// Found by measurement: thinner slabs keep more cores busy.
     pub(super) const GOOD: Self = Self { thickness: 14.0, width: 16.0, least: 512, most: 3500.0 };
+    /// For displacements that are tuned: thin, so that the density varies little within a slab, and many in small
+    /// systems too.
+    pub(super) const TUNED: Self = Self { thickness: 4.0, width: 4.0, least: 16, most: 3500.0 };
 }
 
 /// Slabs of several layers, and tiles of the base, usually strips; a domain is a tile of a slab.
@@ -47,12 +50,11 @@ impl Domains {
         Self { sizes, cuts: Vec::new(), tiles: 1, tile_of: Vec::new() }
     }
 
-    /// Cuts for one sweep of `particles` spheres with displacements up to `size`.
-    pub(super) fn cut(&mut self, grid: &Grid, particles: usize, size: f64, generator: &mut Generator) {
+    /// Cuts for one sweep of `particles` spheres with displacements up to `sizes` along x, and along y and z.
+    pub(super) fn cut(&mut self, grid: &Grid, particles: usize, sizes: [f64; 2], generator: &mut Generator) {
         let [layers, rows, columns] = grid.cells;
-        let Sizes { thickness, width, least, most } = self.sizes;
-        let cells_along = |axis: usize, length: f64| length * size / grid.sides[axis];
-        let thinnest = cells_along(0, thickness).max(Self::LEAST_LAYERS);
+        let Sizes { width, least, most, .. } = self.sizes;
+        let thinnest = self.thinnest(grid, sizes[0]);
         // At most the number of layers.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let slabs =
@@ -76,7 +78,7 @@ impl Domains {
             let cells = grid.cells[axis] as f64;
             // At most the number of cells; more than 255 by 255 would not fit a u16.
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-            let tiles = (cells / fitting.max(cells_along(axis, width))).round() as usize;
+            let tiles = (cells / fitting.max(width * sizes[1] / grid.sides[axis])).round() as usize;
             tiles.clamp(1, 255)
         };
         let tiles_y = tiles(1, most / (per_cell * columns as f64));
@@ -98,6 +100,11 @@ impl Domains {
                 }
             }
         }
+    }
+
+    /// Least thickness of a slab in layers, for displacements along x up to `size`.
+    pub(super) fn thinnest(&self, grid: &Grid, size: f64) -> f64 {
+        (self.sizes.thickness * size / grid.sides[0]).max(Self::LEAST_LAYERS)
     }
 
     /// Number of slabs.
@@ -141,7 +148,7 @@ mod tests {
             let mut inside_some_slab = vec![false; grid.cells[0]];
             let mut inside_some_tile = vec![false; grid.cells[1]];
             for _ in 0..500 {
-                domains.cut(&grid, particles, size, &mut generator);
+                domains.cut(&grid, particles, [size; 2], &mut generator);
                 assert!(domains.slabs() > 1);
                 assert_eq!((domains.cuts[0], *domains.cuts.last().unwrap()), (0, grid.cells[0]));
                 for slab in 0..domains.slabs() {
@@ -178,7 +185,7 @@ mod tests {
         let grid = Grid::new(&Slab::new(40.0, 4.0, 3.0).unwrap());
         let mut domains = Domains::new(Sizes::GOOD);
         for particles in [1, 100, 500] {
-            domains.cut(&grid, particles, 1.25, &mut Generator::seed_from_u64(1));
+            domains.cut(&grid, particles, [1.25; 2], &mut Generator::seed_from_u64(1));
             assert_eq!((domains.slabs(), domains.tiles()), (1, 1));
         }
     }

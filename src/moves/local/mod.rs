@@ -2,6 +2,7 @@
 
 mod batch;
 mod domains;
+mod tuning;
 mod visit;
 
 use super::Sweep;
@@ -11,6 +12,7 @@ use crate::random::Generator;
 use crate::{Error, Field, Slab, TemperatureProfile};
 use domains::{Domains, Sizes};
 use rand::{Rng, SeedableRng};
+pub use tuning::TunedDisplacements;
 use visit::{Common, Outcome, Scratch, Slice};
 
 /// Moves of one sphere, chosen at random, by a displacement uniform in the cube (−S, S)³.
@@ -39,6 +41,9 @@ pub struct LocalMoves {
     /// All of them, and then the last again.
     sizes: [f64; Self::MOST_SIZES],
     count: usize,
+    /// Displacements along y and z are never larger than this.
+    across: f64,
+    tuned: bool,
 }
 
 impl LocalMoves {
@@ -68,13 +73,50 @@ impl LocalMoves {
         };
         let mut sizes = [last; Self::MOST_SIZES];
         sizes[..count].copy_from_slice(maximum_displacements);
-        let moves = Self { sizes, count };
+        let moves = Self { sizes, count, across: f64::INFINITY, tuned: false };
         moves.check(slab)?;
         Ok(moves)
     }
 
+    /// S tuned while equilibrating, and then fixed; nothing has to be known beforehand.
+    ///
+    /// There are two kinds of sweeps, drawn at random. In *short* ones the box is cut into slabs a dozen diameters thick,
+    /// and S, at most three diameters, is a function of the height of the slab: the one that renews the structure around
+    /// a sphere the soonest. In *long* ones S along x is the same everywhere and may be half the height of the
+    /// slab: such a trial puts a sphere somewhere else, and as long as there is room moves a column by far the fastest. That S
+    /// and the share of long sweeps are those with which the column as a whole sinks the most easily. Both are judged by
+    /// the mean square of accepted displacements along x, per trial, not by an acceptance. Where hardly a sphere has been, sizes
+    /// are drawn. [`TunedDisplacements`] tells what was found.
+    ///
+    /// No S depends on where the spheres are once production has begun, so balance is detailed; equilibrate
+    /// until the column is steady.
+    ///
+    /// ```
+    /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, moves::LocalMoves};
+    /// use gradient_mc::{start::Uniform, temperature::Isothermal};
+    /// let scene = Scene::new(Slab::new(400.0, 5.0, 5.0)?, 1000, UniformField::default(), Isothermal::new(20.0)?)?;
+    /// let mut simulation =
+    ///     Simulation::builder(scene).start(Uniform::default()).moves(LocalMoves::tuned()).seed(1).build()?;
+    /// simulation.equilibrate(500, &mut ())?;
+    /// let center_of_mass = simulation.frame().heights().sum::<f64>() / 1000.0;
+    /// assert!(center_of_mass < 60.0, "it has fallen from 200");
+    /// # Ok::<(), gradient_mc::Error>(())
+    /// ```
+    #[must_use]
+    pub fn tuned() -> Self {
+        Self {
+            sizes: [TunedDisplacements::LARGEST_SHORT; Self::MOST_SIZES],
+            count: 0,
+            across: f64::INFINITY,
+            tuned: true,
+        }
+    }
+
     /// Whether the moves suit a slab.
     pub(crate) fn check(&self, slab: &Slab) -> Result<(), Error> {
+        if self.tuned {
+            return Ok(());
+        }
         let [width_y, width_z] = slab.widths();
         let largest = 0.5 * slab.height().min(width_y).min(width_z);
         // A NaN fails the comparison too.
@@ -90,16 +132,26 @@ impl LocalMoves {
 
     /// One S in diameters, to be checked when the slab is known.
     pub(crate) fn unchecked(maximum_displacement: f64) -> Self {
-        Self { sizes: [maximum_displacement; Self::MOST_SIZES], count: 1 }
+        Self::capped(maximum_displacement, f64::INFINITY)
     }
 
-    /// The S of a mixture, in diameters.
+    /// One S in diameters, along y and z at most `across`.
+    fn capped(maximum_displacement: f64, across: f64) -> Self {
+        Self { sizes: [maximum_displacement; Self::MOST_SIZES], count: 1, across, tuned: false }
+    }
+
+    /// The largest S along y and z.
+    fn largest_across(&self) -> f64 {
+        self.maximum_displacement().min(self.across)
+    }
+
+    /// The S of a mixture, in diameters; none if they are [tuned](Self::tuned).
     #[must_use]
     pub fn maximum_displacements(&self) -> &[f64] {
         &self.sizes[..self.count]
     }
 
-    /// S in diameters; the largest of a mixture.
+    /// S in diameters; the largest of a mixture, and of [tuned](Self::tuned) ones the largest in short sweeps.
     #[must_use]
     pub fn maximum_displacement(&self) -> f64 {
         self.sizes.into_iter().fold(0.0, f64::max)
@@ -116,6 +168,8 @@ pub(crate) struct Engine {
     outcomes: Vec<Outcome>,
     /// One, or one for each slab where they are swept at the same time.
     scratch: Vec<Scratch>,
+    /// Where S is tuned.
+    tuning: Option<Box<TunedDisplacements>>,
 }
 
 impl Engine {
@@ -125,11 +179,17 @@ impl Engine {
     pub(in crate::moves) fn new(moves: LocalMoves) -> Self {
         Self {
             moves,
-            domains: Domains::new(Sizes::GOOD),
+            domains: Domains::new(if moves.tuned { Sizes::TUNED } else { Sizes::GOOD }),
             sweeps: 0,
             outcomes: Vec::new(),
             scratch: Vec::new(),
+            tuning: moves.tuned.then(Box::default),
         }
+    }
+
+    /// What is tuned, if anything.
+    pub(crate) fn tuning(&self) -> Option<&TunedDisplacements> {
+        self.tuning.as_deref()
     }
 
     /// One sweep: as many trials as there are spheres.
@@ -141,23 +201,28 @@ impl Engine {
         &mut self,
         sweep: &mut Sweep<'_, F, T, D>,
     ) -> Result<(), Error> {
-        let Sweep { scene, drive, configuration, generator, tally, recorder, .. } = sweep;
+        let Sweep { scene, drive, configuration, generator, tally, phase, recorder } = sweep;
         if self.sweeps.is_multiple_of(Self::SWEEPS_BETWEEN_SORTS) {
             configuration.sort();
         }
         self.sweeps += 1;
         let particles = configuration.len();
         let (grid, layers) = configuration.parts_mut();
-        self.domains.cut(grid, particles, self.moves.maximum_displacement(), generator);
+        match &mut self.tuning {
+            Some(tuning) => tuning.cut(&mut self.domains, grid, layers, particles, *phase, generator),
+            None => self.domains.cut(grid, particles, [self.moves.maximum_displacement(); 2], generator),
+        }
         let (domains, slabs) = (&self.domains, self.domains.slabs());
         if self.outcomes.len() < slabs {
             self.outcomes.resize_with(slabs, Outcome::default);
         }
         let keys = [generator.next_u64(), generator.next_u64()];
-        let moves = &self.moves;
-        let common = Common { scene, drive: *drive, grid, moves, domains, record: recorder.is_some() };
+        let (moves, tuning) = (&self.moves, self.tuning.as_deref());
+        let record = recorder.is_some() || tuning.is_some_and(TunedDisplacements::adapting);
         let visit = |slab: usize, layers: &mut [Layer], outcome: &mut Outcome, scratch: &mut Scratch| {
             outcome.clear();
+            let moves = tuning.map_or(moves, |tuning| tuning.moves_of(slab));
+            let common = Common { scene, drive: *drive, grid, moves, domains, record };
             let mut slice = Slice { layers, first: domains.slab(slab)[0] };
             slice.visit(&common, |tile| derived(keys, [slab, tile]), outcome, scratch);
         };
@@ -176,6 +241,12 @@ impl Engine {
             }
         }
         tally.trials += particles as u64;
+        if let Some(tuning) = self.tuning.as_deref_mut().filter(|tuning| tuning.adapting()) {
+            for (slab, outcome) in self.outcomes[..slabs].iter().enumerate() {
+                tuning.learn(slab, &outcome.moves);
+            }
+            tuning.finish();
+        }
         Ok(())
     }
 }

@@ -10,19 +10,26 @@ use crate::statistics::BlockAverages;
 use crate::temperature::Isothermal;
 
 /// A gas in a column, swept in domains that are as small as they can be.
-struct Column {
+pub(super) struct Column {
     scene: Scene<UniformField, Isothermal>,
-    configuration: Configuration,
-    engine: Engine,
+    pub(super) configuration: Configuration,
+    pub(super) engine: Engine,
     generator: Generator,
-    tally: Tally,
+    pub(super) tally: Tally,
+    pub(super) phase: Phase,
 }
 
 impl Column {
-    fn new(extents: [f64; 3], temperature: f64, positions: &[[f64; 3]], size: f64) -> Self {
+    pub(super) fn new(
+        extents: [f64; 3],
+        temperature: f64,
+        positions: &[[f64; 3]],
+        moves: LocalMoves,
+    ) -> Self {
         let slab = Slab::new(extents[0], extents[1], extents[2]).unwrap();
+        moves.check(&slab).unwrap();
         let temperature = Isothermal::new(temperature).unwrap();
-        let mut engine = Engine::new(LocalMoves::new(size, &slab).unwrap());
+        let mut engine = Engine::new(moves);
         engine.domains = Domains::new(Sizes { thickness: 6.0, width: 6.0, least: 0, most: 0.0 });
         Self {
             scene: Scene::new(slab, positions.len(), UniformField::default(), temperature).unwrap(),
@@ -30,10 +37,11 @@ impl Column {
             engine,
             generator: Generator::seed_from_u64(5),
             tally: Tally::default(),
+            phase: Phase::Production,
         }
     }
 
-    fn sweep(&mut self) {
+    pub(super) fn sweep(&mut self) {
         self.engine
             .sweep(&mut Sweep {
                 scene: &self.scene,
@@ -41,7 +49,7 @@ impl Column {
                 configuration: &mut self.configuration,
                 generator: &mut self.generator,
                 tally: &mut self.tally,
-                phase: Phase::Production,
+                phase: self.phase,
                 recorder: None,
             })
             .unwrap();
@@ -52,7 +60,8 @@ impl Column {
 fn one_sphere_in_many_domains_follows_the_barometric_law() {
     // Domains of three diameters: their faces reject a fifth of the trials.
     let (temperature, range) = (1.5, 11.0);
-    let mut column = Column::new([range + 1.0, 6.0, 6.0], temperature, &[[1.0, 1.0, 1.0]], 0.5);
+    let mut column =
+        Column::new([range + 1.0, 6.0, 6.0], temperature, &[[1.0, 1.0, 1.0]], LocalMoves::unchecked(0.5));
     let mut moments = BlockAverages::new(2).unwrap();
     let mut across = [0_u32; 2];
     let sweeps = 2_000_000;
@@ -66,24 +75,37 @@ fn one_sphere_in_many_domains_follows_the_barometric_law() {
     }
     assert!(column.engine.domains.slabs() >= 3 && column.engine.domains.tiles() >= 4);
     assert!(column.tally.acceptance() < 0.85);
-    let tail = libm::expm1(range / temperature);
-    let expected = [
-        temperature - range / tail,
-        2.0 * temperature * temperature - range * (range + 2.0 * temperature) / tail,
-    ];
-    for (estimate, expected) in moments.estimates().unwrap().into_iter().zip(expected) {
-        assert!(estimate.deviation_from(expected).abs() < 4.0, "{estimate:?} for {expected}");
-        assert!(estimate.standard_error < 0.04 * expected);
-    }
+    check_barometric(&moments, temperature, range).unwrap();
     // Every place across is as good as any other.
     for times in across {
         assert!((f64::from(times) / f64::from(sweeps) - 0.5).abs() < 0.05, "{across:?}");
     }
 }
 
+/// Compares the first two moments of the height above contact, of one sphere in a box that leaves it `range`, with those
+/// of exp(−x/T).
+pub(super) fn check_barometric(moments: &BlockAverages, temperature: f64, range: f64) -> Result<(), String> {
+    let tail = libm::expm1(range / temperature);
+    let expected = [
+        temperature - range / tail,
+        2.0 * temperature * temperature - range * (range + 2.0 * temperature) / tail,
+    ];
+    for (estimate, expected) in moments.estimates().unwrap().into_iter().zip(expected) {
+        if estimate.deviation_from(expected).abs() >= 4.0 {
+            return Err(format!("{estimate:?} for {expected}"));
+        }
+        assert!(estimate.standard_error < 0.04 * expected);
+    }
+    Ok(())
+}
+
 #[test]
 fn many_spheres_in_small_domains_weigh_what_they_weigh() {
-    // Contact theorem: n(1/2) T is the weight on the base, whatever the density.
+    check_contact(LocalMoves::unchecked(0.4), 0, 60_000);
+}
+
+/// Contact theorem: n(1/2) T is the weight on the base, whatever the density. Gives the column back.
+pub(super) fn check_contact(moves: LocalMoves, equilibration: u64, sweeps: u64) -> Column {
     let (temperature, width) = (3.0, 6.0);
     let particles = 72;
     let positions: Vec<[f64; 3]> = (0..particles)
@@ -92,11 +114,14 @@ fn many_spheres_in_small_domains_weigh_what_they_weigh() {
             [0.6 + 1.1 * f64::from(layer), 1.5 * f64::from(place / 4), 1.5 * f64::from(place % 4)]
         })
         .collect();
-    let mut column = Column::new([40.0, width, width], temperature, &positions, 0.4);
+    let mut column = Column::new([40.0, width, width], temperature, &positions, moves);
+    column.phase = Phase::Equilibration;
+    (0..equilibration).for_each(|_| column.sweep());
+    column.phase = Phase::Production;
     let mut near_base = BlockAverages::new(2).unwrap();
     // Two thin slices, whose densities are extrapolated to the wall.
     let thickness = 0.04;
-    for sweep in 0..60_000 {
+    for sweep in 0..sweeps {
         column.sweep();
         if sweep > 2000 {
             let mut counts = [0.0; 2];
@@ -114,4 +139,5 @@ fn many_spheres_in_small_domains_weigh_what_they_weigh() {
     let expected = f64::from(particles) / (width * width * temperature);
     assert!(contact[0].deviation_from(expected).abs() < 4.0, "{contact:?} for {expected}");
     assert!(contact[0].standard_error < 0.03 * expected);
+    column
 }

@@ -119,7 +119,9 @@ impl Slice<'_> {
             tile_of: domains.tile_of(),
             tile,
         };
-        let scales = moves.sizes.map(|size| size * (1.0 / (1_u64 << 32) as f64));
+        let scales = moves
+            .sizes
+            .map(|size| [size, size.min(moves.across)].map(|size| size * (1.0 / (1_u64 << 32) as f64)));
         let mut trials = Trials::<BATCH>::new();
         let mut targets = Targets::new(slab.widths(), moves.maximum_displacement());
         let mut left = places.len();
@@ -131,7 +133,7 @@ impl Slice<'_> {
                 trials.random[0][trial] = generator.next_u64();
                 trials.random[1][trial] = generator.next_u64();
                 let size = if moves.count == 1 { 0 } else { index(generator, moves.count) };
-                trials.scale[trial] = scales[size];
+                [trials.scale[0][trial], trials.scale[1][trial]] = scales[size];
             }
             trials.prepare::<EARLY>(&rules, self, places);
             targets.follow(&trials);

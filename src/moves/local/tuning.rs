@@ -1,0 +1,347 @@
+//! Maximum displacements that are tuned while equilibrating.
+
+use super::LocalMoves;
+use super::domains::Domains;
+use crate::configuration::{Grid, Layer, NOBODY};
+use crate::drive::Phase;
+use crate::observer::AcceptedMove;
+use crate::random::{Generator, index, unit};
+
+/// Short sizes that are tried.
+const SHORT: usize = 8;
+/// Short and long ones, of which a low box has fewer.
+const MOST: usize = 16;
+
+/// What became of trials of one size that started in one band.
+#[derive(Debug, Clone, Copy, Default)]
+struct Count {
+    trials: f64,
+    /// Of squares of accepted displacements along x.
+    far: Sums,
+    /// The same, where none counts more than renewing the place it leaves.
+    near: Sums,
+}
+
+/// Sums of values and of their squares.
+#[derive(Debug, Clone, Copy, Default)]
+struct Sums {
+    values: f64,
+    squares: f64,
+}
+
+impl Sums {
+    fn add(&mut self, value: f64) {
+        self.values += value;
+        self.squares += value * value;
+    }
+
+    /// Mean over `trials`, less its standard error: one lucky jump is no evidence.
+    fn cautious_mean(&self, trials: f64) -> f64 {
+        if trials > 0.0 { (self.values - self.squares.sqrt()).max(0.0) / trials } else { 0.0 }
+    }
+
+    fn fade(&mut self) {
+        self.values *= TunedDisplacements::MEMORY;
+        self.squares *= TunedDisplacements::MEMORY;
+    }
+}
+
+impl Count {
+    /// The square of half a diameter: so wide is what spheres leave of the structure around them.
+    const RENEWED: f64 = 0.25;
+
+    fn add(&mut self, displacement: f64) {
+        let square = displacement * displacement;
+        self.far.add(square);
+        self.near.add(square.min(Self::RENEWED));
+    }
+
+    fn fade(&mut self) {
+        self.trials *= TunedDisplacements::MEMORY;
+        self.far.fade();
+        self.near.fade();
+    }
+}
+
+/// What is best, as far as is known.
+#[derive(Debug, Clone, Default)]
+struct Plan {
+    /// The short size for slabs whose middle is in a band.
+    short: Vec<Option<usize>>,
+    long: Option<usize>,
+    share_of_long: f64,
+}
+
+/// The maximum displacements of [`LocalMoves::tuned`], as tuned so far.
+///
+/// ```
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, moves::LocalMoves};
+/// use gradient_mc::temperature::Isothermal;
+/// let slab = Slab::new(80.0, 5.0, 5.0)?;
+/// let scene = Scene::new(slab, 500, UniformField::default(), Isothermal::new(2.0)?)?;
+/// let mut simulation = Simulation::builder(scene).moves(LocalMoves::tuned()).seed(1).build()?;
+/// simulation.equilibrate(2000, &mut ())?;
+/// let tuned = simulation.tuned_displacements().ok_or("not tuned")?;
+/// for height in [2.0, 20.0, 40.0] {
+///     println!("S = {:?} at {height}", tuned.short(height));
+/// }
+/// println!("S = {:?} in {} of the sweeps", tuned.long(), tuned.share_of_long());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Debug, Clone, Default)]
+pub struct TunedDisplacements {
+    /// One S each, from the smallest to the largest, the short ones first.
+    ladder: Vec<LocalMoves>,
+    /// The box is divided into bands of so many layers.
+    layers_per_band: usize,
+    layer_side: f64,
+    /// Of each band and rung of the ladder.
+    counts: Vec<[Count; MOST]>,
+    plan: Plan,
+    /// Bands below and above the middle of a slab that it covers.
+    reach: usize,
+    /// Rungs of the slabs of this sweep.
+    rungs: Vec<usize>,
+    adapting: bool,
+    sweeps: u64,
+    next_update: u64,
+}
+
+impl TunedDisplacements {
+    /// The smallest S; the largest short one and the largest along y and z, if the slab is wide enough.
+    const SMALLEST: f64 = 0.05;
+    pub(super) const LARGEST_SHORT: f64 = 3.0;
+    /// Layers of a band, unless there are too many bands.
+    const LAYERS: usize = 3;
+    const MOST_BANDS: usize = 512;
+    /// While equilibrating, one choice in so many is at random.
+    const EXPLORE: usize = 4;
+    /// What an update leaves of all counts, so that a start far from balance is forgotten.
+    const MEMORY: f64 = 0.75;
+    const FIRST_UPDATE: u64 = 16;
+    /// Trials of each short size that a choice needs.
+    const ENOUGH: f64 = 50.0;
+
+    /// S in diameters in slabs whose middle is near `height`, in the sweeps that are not [long](Self::long); none
+    /// where hardly any sphere has been yet.
+    #[must_use]
+    pub fn short(&self, height: f64) -> Option<f64> {
+        if self.plan.short.is_empty() || height.is_nan() {
+            return None;
+        }
+        self.plan.short[self.band(height)].map(|rung| self.size(rung))
+    }
+
+    /// S along x in diameters of the sweeps with long displacements, the same at every height; none if the
+    /// slab is too low for such sweeps or nothing is known yet.
+    #[must_use]
+    pub fn long(&self) -> Option<f64> {
+        self.plan.long.map(|rung| self.size(rung))
+    }
+
+    /// Share of the sweeps that are long.
+    #[must_use]
+    pub fn share_of_long(&self) -> f64 {
+        self.plan.share_of_long
+    }
+
+    fn size(&self, rung: usize) -> f64 {
+        self.ladder[rung].maximum_displacement()
+    }
+
+    fn prepare(&mut self, grid: &Grid, domains: &Domains) {
+        let height = grid.sides[0] * grid.cells[0] as f64;
+        let largest = (0.5 * height.min(grid.widths[0]).min(grid.widths[1])).min(Self::LARGEST_SHORT);
+        let ratio = libm::pow(largest / Self::SMALLEST, 1.0 / (SHORT - 1) as f64);
+        let mut size = largest;
+        self.ladder = vec![LocalMoves::capped(largest, largest); SHORT];
+        for rung in self.ladder.iter_mut().rev().skip(1) {
+            size /= ratio;
+            *rung = LocalMoves::capped(size, largest);
+        }
+        size = 2.0 * largest;
+        while size <= 0.5 * height && self.ladder.len() < MOST {
+            self.ladder.push(LocalMoves::capped(size, largest));
+            size *= 2.0;
+        }
+        let layers = grid.cells[0];
+        self.layers_per_band = layers.div_ceil(Self::MOST_BANDS).max(Self::LAYERS);
+        self.layer_side = grid.sides[0];
+        let bands = layers.div_ceil(self.layers_per_band);
+        self.counts = vec![[Count::default(); MOST]; bands];
+        let share_of_long = if self.ladder.len() > SHORT { 0.5 } else { 0.0 };
+        self.plan = Plan { short: vec![None; bands], long: None, share_of_long };
+        let thickness = domains.thinnest(grid, largest) / self.layers_per_band as f64;
+        // A dozen diameters at most.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let reach = (0.5 * thickness).round() as usize;
+        self.reach = reach;
+        self.next_update = Self::FIRST_UPDATE;
+    }
+
+    /// Cuts the box for a sweep, and chooses the rungs of its slabs. In production neither depends on where
+    /// spheres are.
+    pub(super) fn cut(
+        &mut self,
+        domains: &mut Domains,
+        grid: &Grid,
+        layers: &[Layer],
+        particles: usize,
+        phase: Phase,
+        generator: &mut Generator,
+    ) {
+        if self.ladder.is_empty() {
+            self.prepare(grid, domains);
+        }
+        let adapts = phase == Phase::Equilibration;
+        if self.adapting && !adapts {
+            self.update();
+        }
+        self.adapting = adapts;
+        let long = self.long_rung(generator);
+        let moves = &self.ladder[long.unwrap_or(SHORT - 1)];
+        domains.cut(grid, particles, [moves.maximum_displacement(), moves.largest_across()], generator);
+        self.rungs.clear();
+        // One more than this time, since their number varies.
+        self.rungs.reserve(domains.slabs() + 1);
+        for slab in 0..domains.slabs() {
+            let [first, end] = domains.slab(slab);
+            let rung = long.unwrap_or_else(|| {
+                let best = self.plan.short[usize::midpoint(first, end) / self.layers_per_band];
+                best.filter(|_| !self.explores(generator)).unwrap_or_else(|| index(generator, SHORT))
+            });
+            self.rungs.push(rung);
+            if adapts {
+                for layer in first..end {
+                    let spheres = &layers[layer + 1].spheres;
+                    let count = spheres.iter().filter(|sphere| sphere.number != NOBODY).count();
+                    self.counts[layer / self.layers_per_band][rung].trials += count as f64;
+                }
+            }
+        }
+    }
+
+    /// The rung of all slabs if the sweep is a long one.
+    fn long_rung(&self, generator: &mut Generator) -> Option<usize> {
+        let rungs = self.ladder.len() - SHORT;
+        if rungs == 0 {
+            return None;
+        }
+        let explores = self.explores(generator);
+        let share = if explores { 0.5 } else { self.plan.share_of_long };
+        (unit(generator) < share)
+            .then(|| self.plan.long.filter(|_| !explores).unwrap_or_else(|| SHORT + index(generator, rungs)))
+    }
+
+    fn explores(&self, generator: &mut Generator) -> bool {
+        self.adapting && index(generator, Self::EXPLORE) == 0
+    }
+
+    /// Whether accepted moves are to be shown to [`learn`](Self::learn).
+    pub(super) fn adapting(&self) -> bool {
+        self.adapting
+    }
+
+    /// The moves of a slab in this sweep.
+    pub(super) fn moves_of(&self, slab: usize) -> &LocalMoves {
+        &self.ladder[self.rungs[slab]]
+    }
+
+    /// Notes the accepted moves of a slab.
+    pub(super) fn learn(&mut self, slab: usize, moves: &[AcceptedMove]) {
+        let rung = self.rungs[slab];
+        for accepted in moves {
+            let band = self.band(accepted.from_height);
+            self.counts[band][rung].add(accepted.displacement.x);
+        }
+    }
+
+    /// Ends a sweep that was learnt from.
+    pub(super) fn finish(&mut self) {
+        self.sweeps += 1;
+        if self.sweeps >= self.next_update {
+            self.update();
+            self.next_update = self.sweeps + (self.sweeps / 8).max(Self::FIRST_UPDATE);
+            self.counts.iter_mut().flatten().for_each(Count::fade);
+        }
+    }
+
+    fn band(&self, height: f64) -> usize {
+        // Heights below the base count as the first, those beyond the lid as the last.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let layer = (height / self.layer_side) as usize;
+        (layer / self.layers_per_band).min(self.counts.len() - 1)
+    }
+
+    /// Plans anew. Short sizes are those that renew the structure around spheres the soonest, and the long one, with its
+    /// share, that by which the column as a whole sinks the most easily. The measure of both is a resistance, a sum
+    /// over spheres of one over their transport, which is the friction that each adds: so it is those that hardly
+    /// move that count.
+    fn update(&mut self) {
+        let kinds: [fn(&Count) -> &Sums; 2] = [|count| &count.near, |count| &count.far];
+        let [near, bands] =
+            kinds.map(|of| self.counts.iter().map(|counts| Band::new(counts, of)).collect::<Vec<_>>());
+        let last = bands.len() - 1;
+        for (band, best) in self.plan.short.iter_mut().enumerate() {
+            let around = &near[band.saturating_sub(self.reach)..=(band + self.reach).min(last)];
+            let tried = |rung: usize| around.iter().map(|band| band.trials[rung]).sum::<f64>();
+            if (0..SHORT).all(|rung| tried(rung) >= Self::ENOUGH) {
+                *best = least((0..SHORT).map(|rung| {
+                    (rung, around.iter().map(|band| band.resistance(band.transports[rung])).sum())
+                }));
+            }
+        }
+        let known = || bands.iter().zip(&self.plan.short).filter_map(|(band, best)| Some((band, (*best)?)));
+        if self.ladder.len() > SHORT && known().next().is_some() {
+            // Some of either in any case.
+            let mixtures = (SHORT..self.ladder.len())
+                .flat_map(|long| (1..8).map(move |eighths| (long, f64::from(eighths) / 8.0)));
+            let best = least(mixtures.map(|(long, share)| {
+                let mixed = |band: &Band, short: usize| {
+                    (1.0 - share) * band.transports[short] + share * band.transports[long]
+                };
+                ((long, share), known().map(|(band, short)| band.resistance(mixed(band, short))).sum())
+            }));
+            if let Some((long, share)) = best {
+                (self.plan.long, self.plan.share_of_long) = (Some(long), share);
+            }
+        }
+    }
+}
+
+/// What is known of a band.
+struct Band {
+    trials: [f64; MOST],
+    /// All trials, which are as the number of spheres.
+    spheres: f64,
+    transports: [f64; MOST],
+    /// Of the transports.
+    most: f64,
+}
+
+impl Band {
+    fn new(counts: &[Count; MOST], of: impl Fn(&Count) -> &Sums) -> Self {
+        let transports = counts.map(|count| of(&count).cautious_mean(count.trials));
+        let trials = counts.map(|count| count.trials);
+        Self {
+            trials,
+            spheres: trials.into_iter().sum(),
+            transports,
+            most: transports.into_iter().fold(0.0, f64::max),
+        }
+    }
+
+    /// Of its spheres, if their transport were this.
+    fn resistance(&self, transport: f64) -> f64 {
+        // What has not been seen to move at all may move a little.
+        if self.most > 0.0 { self.spheres / transport.max(1e-3 * self.most) } else { 0.0 }
+    }
+}
+
+/// The choice whose value is least.
+fn least<C>(choices: impl Iterator<Item = (C, f64)>) -> Option<C> {
+    choices.min_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(choice, _)| choice)
+}
+
+#[cfg(test)]
+mod tests;

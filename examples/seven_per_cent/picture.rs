@@ -17,14 +17,28 @@ pub(crate) fn draw(
     prediction: &Prediction,
     path: &Path,
 ) -> Result<(), Failure> {
-    Figure::new(
+    // The bases that the field of the last sweep was tried on.
+    let mut areas: Vec<f64> = runs
+        .iter()
+        .filter(|(setup, _)| setup.scheme == SchemeChoice::Instantaneous)
+        .map(|(setup, _)| setup.area)
+        .collect();
+    areas.dedup();
+    let (top, bottom) = ((0.07, 0.465), (0.535, 0.465));
+    let place = |left: f64, (top, height): (f64, f64)| Place { left, top, width: 0.5, height };
+    let mut figure = Figure::new(
         "P/(nTZ) − 1 at T₀ = 20, β = 0.05: counting noise in the effective field, and schemes without it",
     )
-    .panel(instantaneous(runs, prediction, 156.25, Place { left: 0.0, top: 0.07, width: 0.5, height: 0.465 }))
-    .panel(instantaneous(runs, prediction, 625.0, Place { left: 0.5, top: 0.07, width: 0.5, height: 0.465 }))
-    .panel(others(runs, Place { left: 0.0, top: 0.535, width: 0.5, height: 0.465 }))
-    .panel(crossing(scans, Place { left: 0.5, top: 0.535, width: 0.5, height: 0.465 }))
-    .save(path)
+    .panel(others(runs, place(0.0, bottom)))
+    .panel(crossing(scans, place(0.5, bottom))?);
+    let panels = areas.iter().zip([0.0, 0.5]);
+    for (&area, left) in panels {
+        figure = figure.panel(instantaneous(runs, prediction, area, place(left, top)));
+    }
+    if areas.len() == 1 {
+        figure = figure.panel(widths(scans, place(0.5, top))?);
+    }
+    figure.save(path)
 }
 
 fn points(bands: &[Band], shift: f64) -> impl Iterator<Item = Point> + '_ {
@@ -35,8 +49,8 @@ fn points(bands: &[Band], shift: f64) -> impl Iterator<Item = Point> + '_ {
     })
 }
 
-const COLORS: [plotters::style::RGBColor; 5] =
-    [colors::PURPLE, colors::VERMILION, colors::BLUE, colors::GREEN, colors::INK];
+const COLORS: [plotters::style::RGBColor; 4] =
+    [colors::PURPLE, colors::VERMILION, colors::BLUE, colors::GREEN];
 
 fn height_axis(label: &str) -> Axis {
     Axis::new(label, 6.0, 58.0).with_numbers(10)
@@ -53,38 +67,31 @@ fn instantaneous(runs: &[Finished], prediction: &Prediction, area: f64, place: P
     let mut panel = Panel::new(
         place,
         height_axis(&label),
-        Axis::new("P/(nTZ) − 1, %", -2.0, (1.15 * highest).ceil()).with_numbers(6),
+        Axis::new("P/(nTZ) − 1, %", -8.0, (1.15 * highest).ceil()).with_numbers(6),
     )
     .with_legend(Corner::TopRight)
     .line("", colors::GREY, Mark::Line, [(6.0, 0.0), (58.0, 0.0)]);
     let mut bins: Vec<f64> = Vec::new();
+    let mut labels: Vec<String> = Vec::new();
     for (setup, outcome) in &chosen {
-        let local = matches!(setup.moves, MovesChoice::Local(_));
         if !bins.contains(&setup.acceptance_bin) {
             bins.push(setup.acceptance_bin);
         }
-        let index =
-            if local { 4 } else { bins.iter().position(|&bin| bin >= setup.acceptance_bin).unwrap_or(0) };
-        let color = COLORS[index.min(4)];
-        let first = setup.side == Side::Above || chosen.len() < 5;
-        let label = match (setup.moves, first) {
-            (MovesChoice::Local(size), true) => {
-                format!("bins {}, the paper's moves, S = {size}", setup.acceptance_bin)
-            }
-            (MovesChoice::Chains, true) => format!("bins {}", setup.acceptance_bin),
-            _ => String::new(),
+        let index = bins.iter().position(|&bin| bin >= setup.acceptance_bin).unwrap_or(0);
+        let (color, label) = match setup.moves {
+            MovesChoice::Chains => (colors::GREY, "event chains, all bins".to_owned()),
+            MovesChoice::Local(size) => (COLORS[index], format!("bins {}, S = {size}", setup.acceptance_bin)),
         };
-        let curve = (0..=100).map(|step| 7.0 + 0.5 * f64::from(step)).map(|height| {
-            let part = setup.part_outside();
-            (height, 100.0 * part * prediction.deviation(area, setup.acceptance_bin, height))
-        });
+        let shown = if labels.contains(&label) { String::new() } else { label.clone() };
+        labels.push(label);
+        if let Some(part) = setup.part_outside() {
+            let curve = (0..=100).map(|step| 7.0 + 0.5 * f64::from(step)).map(|height| {
+                (height, 100.0 * part * prediction.deviation(area, setup.acceptance_bin, height))
+            });
+            panel = panel.line("", color, Mark::Line, curve);
+        }
         let shift = if setup.side == Side::Above { -0.25 } else { 0.25 };
-        panel = panel.line("", color, Mark::Line, curve).points(
-            &label,
-            color,
-            Mark::Points,
-            points(&outcome.bands[0], shift),
-        );
+        panel = panel.points(&shown, color, Mark::Points, points(&outcome.bands[0], shift));
     }
     panel
 }
@@ -115,21 +122,47 @@ fn others(runs: &[Finished], place: Place) -> Panel {
     panel
 }
 
-fn crossing(scans: &[(Scan, Estimate)], place: Place) -> Panel {
-    let full = 100.0 * full_bias(scans);
-    let curve = (1..=200).map(|step| f64::from(step) / 200.0 * 7.0);
-    let curve = curve.map(|ratio| (ratio, full * part_outside(ratio * BIN, BIN)));
-    let measured = scans.iter().map(|(scan, deviation)| Point {
-        x: scan.maximum_displacement / BIN,
-        y: 100.0 * deviation.mean,
-        error: 100.0 * deviation.standard_error,
+/// Measured deviations of the scans that `choose` takes, over what it makes of them.
+fn scanned(scans: &[(Scan, Estimate)], choose: impl Fn(&Scan) -> Option<f64>) -> (Vec<Point>, f64) {
+    let chosen = scans.iter().filter_map(|(scan, deviation)| {
+        choose(scan).map(|x| Point { x, y: 100.0 * deviation.mean, error: 100.0 * deviation.standard_error })
     });
-    Panel::new(
+    let points: Vec<Point> = chosen.collect();
+    let highest = points.iter().map(|point| point.y).fold(1.0, f64::max);
+    (points, highest)
+}
+
+fn crossing(scans: &[(Scan, Estimate)], place: Place) -> Result<Panel, Failure> {
+    let full = 100.0 * full_bias(BIN)?;
+    let curve = (1..=200).map(|step| f64::from(step) / 200.0 * 3.5);
+    let curve = curve.map(|ratio| (ratio, full * part_outside(ratio * BIN, BIN)));
+    let of_sizes =
+        |scan: &Scan| (scan.bin.to_bits() == BIN.to_bits()).then(|| scan.maximum_displacement / BIN);
+    let (measured, highest) = scanned(scans, of_sizes);
+    Ok(Panel::new(
         place,
-        Axis::new("S over the width of a bin (a small column, instantaneous)", 0.0, 7.0).with_numbers(8),
-        Axis::new("P/(nTZ) − 1, %", -0.1 * full, 1.4 * full).with_numbers(6),
+        Axis::new("S over the width of a bin (0.5 d; small column, local moves)", 0.0, 3.5).with_numbers(8),
+        Axis::new("P/(nTZ) − 1, %", -0.2 * highest, 1.4 * highest).with_numbers(6),
     )
     .with_legend(Corner::BottomRight)
-    .line("part of the way outside the own bin", colors::VERMILION, Mark::Line, curve)
-    .points("local moves", colors::INK, Mark::Points, measured)
+    .line("counting noise outside the own bin", colors::VERMILION, Mark::Line, curve)
+    .points("last sweep's histogram", colors::INK, Mark::Points, measured))
+}
+
+fn widths(scans: &[(Scan, Estimate)], place: Place) -> Result<Panel, Failure> {
+    let size = 0.75_f64;
+    let curve = (0..=60).map(|step| 0.12 + f64::from(step) * 0.0165);
+    let curve = curve
+        .map(|bin| Ok((bin, 100.0 * part_outside(size, bin) * full_bias(bin)?)))
+        .collect::<Result<Vec<_>, Failure>>()?;
+    let of_bins = |scan: &Scan| (scan.maximum_displacement.to_bits() == size.to_bits()).then_some(scan.bin);
+    let (measured, highest) = scanned(scans, of_bins);
+    Ok(Panel::new(
+        place,
+        Axis::new("width of the bins / d (small column, local moves, S = 0.75)", 0.0, 1.15).with_numbers(8),
+        Axis::new("P/(nTZ) − 1, %", -0.2 * highest, 1.4 * highest).with_numbers(6),
+    )
+    .with_legend(Corner::TopRight)
+    .line("counting noise outside the own bin", colors::VERMILION, Mark::Line, curve)
+    .points("last sweep's histogram", colors::INK, Mark::Points, measured))
 }

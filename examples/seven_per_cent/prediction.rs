@@ -1,23 +1,26 @@
 //! The bias that a field from instantaneous counts must have, from theory alone.
 
-use super::run::{COLUMN_DENSITY, DECAY_RATE, HEIGHT, TEMPERATURE};
+use super::run::Column;
 use crate::common::Failure;
 use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa, packing_fraction};
 use gradient_mc::field::UniformField;
 use gradient_mc::temperature::ExponentialTemperature;
 use gradient_mc::{HydrostaticProfile, Hydrostatics, Slab};
 
-/// The column's theory profile and what follows from it.
+/// A column's theory profile and what follows from it.
 #[derive(Debug, Clone)]
-pub(crate) struct Prediction(HydrostaticProfile);
+pub(crate) struct Prediction {
+    column: Column,
+    profile: HydrostaticProfile,
+}
 
 impl Prediction {
-    pub(crate) fn new() -> Result<Self, Failure> {
-        let temperature = ExponentialTemperature::new(TEMPERATURE, DECAY_RATE)?;
+    pub(crate) fn new(column: Column) -> Result<Self, Failure> {
+        let temperature = ExponentialTemperature::new(column.temperature, column.decay_rate)?;
         // The width of the slab does not matter.
-        let slab = Slab::new(HEIGHT, 25.0, 25.0)?;
+        let slab = Slab::new(column.height, 25.0, 25.0)?;
         let theory = Hydrostatics::new(UniformField::default(), temperature, ModifiedKolafa);
-        Ok(Self(theory.between_walls(&slab, COLUMN_DENSITY)?))
+        Ok(Self { column, profile: theory.between_walls(&slab, column.spheres_per_area)? })
     }
 
     /// P/(nTZ) − 1 at `height` for bins of width `bin` over `area`, if every move ran through many bins.
@@ -27,14 +30,14 @@ impl Prediction {
     /// (T/W) ∫ₓ (b − 1) β (W/T) dx'.
     pub(crate) fn deviation(&self, area: f64, bin: f64, height: f64) -> f64 {
         const STEP: f64 = 0.05;
-        let profile = &self.0;
-        let load = |x: f64| profile.column_above(x) * libm::exp(DECAY_RATE * x);
+        let Self { column, profile } = self;
+        let load = |x: f64| profile.column_above(x) * libm::exp(column.decay_rate * x);
         let mut lost = 0.0;
         let mut x = height + 0.5 * STEP;
-        while x < HEIGHT {
+        while x < column.height {
             let density = profile.number_density(x);
             let factor = ModifiedKolafa.compressibility_factor(packing_fraction(density));
-            lost += (over_weight(density * area * bin, factor) - 1.0) * DECAY_RATE * load(x) * STEP;
+            lost += (over_weight(density * area * bin, factor) - 1.0) * column.decay_rate * load(x) * STEP;
             x += STEP;
         }
         // The forces hold up less than weighs, and the density gives way until they do: P/(nTZ) = 1/(1 − lost).

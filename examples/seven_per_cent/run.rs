@@ -18,16 +18,25 @@ use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::ExponentialTemperature;
 use gradient_mc::{Every, Scene, Simulation, Slab};
 
-/// Temperature at the base, and its decay rate: the paper's worst case.
-pub(crate) const TEMPERATURE: f64 = 20.0;
-pub(crate) const DECAY_RATE: f64 = 0.05;
-/// Spheres per area of the base.
-pub(crate) const COLUMN_DENSITY: f64 = 40.0;
-/// Height of the box: a start at n = 0.25 fits, and no sphere ever gets near the lid afterwards.
-pub(crate) const HEIGHT: f64 = 200.0;
+/// A column in a uniform field, T = T₀ e^{−βx}.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Column {
+    pub(crate) temperature: f64,
+    pub(crate) decay_rate: f64,
+    /// Spheres per area of the base.
+    pub(crate) spheres_per_area: f64,
+    /// Height of the box.
+    pub(crate) height: f64,
+}
+
+/// The paper's worst case. In this box a start at n = 0.25 fits, and no sphere ever gets near the lid afterwards.
+pub(crate) const COLUMN: Column =
+    Column { temperature: 20.0, decay_rate: 0.05, spheres_per_area: 40.0, height: 200.0 };
 
 /// Sweeps of chains that bring a column near its steady state, still on its side of it by some per cent.
 const APPROACH: u64 = 300;
+/// Sweeps of jumps that small moves start from.
+const APPROACH_BY_JUMPS: u64 = 15_000;
 /// What the certificates of the runs tolerate.
 const TOLERANCE: f64 = 0.01;
 
@@ -110,14 +119,14 @@ pub(crate) const BANDS: [[f64; 2]; 12] = [
 
 impl Setup {
     fn slab(&self) -> Result<Slab, Failure> {
-        Ok(Slab::new(HEIGHT, self.area.sqrt(), self.area.sqrt())?)
+        Ok(Slab::new(COLUMN.height, self.area.sqrt(), self.area.sqrt())?)
     }
 
     /// Number of spheres.
     pub(crate) fn particles(&self) -> usize {
         // A few thousand.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let particles = (COLUMN_DENSITY * self.area).round() as usize;
+        let particles = (COLUMN.spheres_per_area * self.area).round() as usize;
         particles
     }
 
@@ -174,7 +183,7 @@ impl Setup {
         S: Scheme<UniformField, ExponentialTemperature, Drive = MappedDrive<A>> + Copy,
     {
         let slab = self.slab()?;
-        let temperature = ExponentialTemperature::new(TEMPERATURE, DECAY_RATE)?;
+        let temperature = ExponentialTemperature::new(COLUMN.temperature, COLUMN.decay_rate)?;
         let scene = Scene::new(slab, self.particles(), UniformField::default(), temperature)?;
         let moves: Moves = match self.moves {
             MovesChoice::Chains => EventChains::default().into(),
@@ -185,8 +194,16 @@ impl Setup {
         let builder = Simulation::builder(scene).scheme(EquationOfStateClosure::default());
         let mut near = builder.start(start).moves(EventChains::default()).seed(self.seed ^ 0x5eed).build()?;
         near.equilibrate(APPROACH, &mut ())?;
+        let mut positions = near.positions();
+        if let MovesChoice::Local(_) = self.moves {
+            // Small moves take 100 000 sweeps to where jumps are after 10 000, in a field of the same kind.
+            let builder = Simulation::builder(scene).scheme(scheme).moves(LocalMoves::tuned());
+            let mut near = builder.start(Positions(positions)).seed(self.seed ^ 0xbed).build()?;
+            near.equilibrate(APPROACH_BY_JUMPS, &mut ())?;
+            positions = near.positions();
+        }
         let builder = Simulation::builder(scene).scheme(scheme).moves(moves).seed(self.seed);
-        let mut simulation = builder.start(Positions(near.positions())).build()?;
+        let mut simulation = builder.start(Positions(positions)).build()?;
         in_chunks(self.equilibration, interrupt, &Progress::hidden(), |sweeps| {
             progress.advance(units(sweeps));
             simulation.equilibrate(sweeps, &mut ())

@@ -1,10 +1,8 @@
 //! The cells: unit cells at least one diameter wide, in layers of equal height.
 
+use super::reach::{PARTS, Reach};
 use crate::Slab;
 use wide::f32x4;
-
-/// Parts of a cell along each axis that the table of cells in reach tells apart.
-const PARTS: usize = 4;
 
 /// The 27 cells around and including one: bit 9 layer + 3 row + column of a set of cells, each
 /// counted from the cell before.
@@ -44,9 +42,7 @@ pub(crate) struct Grid {
     pub(crate) widths: [f64; 2],
     /// Boxed, so that nothing else has to be aligned to a line of the cache.
     pub(super) neighbours: Box<[Neighbour; 32]>,
-    /// For each part of a cell and each octant, the cells that come within one diameter of the part: in
-    /// the low half the likeliest to be run into by a sphere that comes there in the direction of the octant, in the high half the others.
-    reach: Vec<u64>,
+    reach: Reach,
     /// Squared distance at which a sphere that moves straight touches another.
     pub(super) contact: f64,
 }
@@ -118,7 +114,7 @@ impl Grid {
             edges,
             widths,
             neighbours,
-            reach: cells_in_reach(sides),
+            reach: Reach::new(sides),
             contact,
         }
     }
@@ -157,7 +153,7 @@ impl Grid {
         // A small constant.
         #[allow(clippy::cast_possible_truncation)]
         let parts = PARTS as u32;
-        let part = (x % parts * parts + y % parts) * parts + z % parts;
+        let part = Reach::part([x, y, z]);
         let [layer, y, z] = [x / parts, y / parts, z / parts];
         Spot { layer, y, z, cell: (y + 1) * self.row + z + 1, part }
     }
@@ -183,7 +179,7 @@ impl Grid {
 
     #[inline]
     pub(super) fn in_reach(&self, part: u32, octant: usize) -> u64 {
-        self.reach[part as usize * 8 + octant]
+        self.reach.cells(part, octant)
     }
 
     /// Length of a row in the table of cells in a layer.
@@ -234,72 +230,4 @@ impl Grid {
         let (dy, dz) = (dy.min(self.widths[0] - dy), dz.min(self.widths[1] - dz));
         dx * dx + dy * dy + dz * dz
     }
-}
-
-/// Far above the rounding of coordinates.
-const MARGIN: f64 = 1e-6;
-/// Cells that are visited first.
-const FIRST: usize = 5;
-
-/// Distance along an axis from a part of a cell to a neighbouring cell.
-fn gap(sides: [f64; 3], part: usize, bit: usize, axis: usize) -> f64 {
-    let part = [part / (PARTS * PARTS), part / PARTS % PARTS, part % PARTS][axis];
-    let below = part as f64 / PARTS as f64;
-    let above = 1.0 - (part + 1) as f64 / PARTS as f64;
-    sides[axis] * [below, 0.0, above][offset(bit, axis)]
-}
-
-/// Whether a neighbouring cell lies before, at or after the middle one along an axis: 0, 1 or 2.
-fn offset(bit: usize, axis: usize) -> usize {
-    [bit / 9, bit / 3 % 3, bit % 3][axis]
-}
-
-fn cells_in_reach(sides: [f64; 3]) -> Vec<u64> {
-    let mut reach = Vec::with_capacity(PARTS * PARTS * PARTS * 8);
-    for part in 0..PARTS * PARTS * PARTS {
-        let squared =
-            |bit: usize| (0..3).map(|axis| gap(sides, part, bit, axis)).map(|gap| gap * gap).sum::<f64>();
-        let within: u64 =
-            (0..NEIGHBOURS).filter(|&bit| squared(bit) < 1.0 + MARGIN).map(|bit| 1 << bit).sum();
-        for octant in 0..8 {
-            let first = likeliest(sides, part, octant) & within;
-            reach.push(first | (within & !first) << 32);
-        }
-    }
-    reach
-}
-
-/// The cells that hold most of the places, just within one diameter of the middle of a part, that a
-/// sphere runs into. It decides how fast an overlap is found, and nothing else.
-fn likeliest(sides: [f64; 3], part: usize, octant: usize) -> u64 {
-    const STEPS: usize = 7;
-    let parts = [part / (PARTS * PARTS), part / PARTS % PARTS, part % PARTS];
-    let mut weights = [0.0; NEIGHBOURS];
-    for point in 0..STEPS * STEPS * STEPS {
-        let offsets = [point / (STEPS * STEPS), point / STEPS % STEPS, point % STEPS];
-        let direction = offsets.map(|offset| offset as f64 - 0.5 * (STEPS - 1) as f64);
-        let length = direction.iter().map(|along| along * along).sum::<f64>().sqrt();
-        if length == 0.0 {
-            continue;
-        }
-        let (mut bit, mut ahead) = (0, 0.0);
-        for axis in 0..3 {
-            let along = direction[axis] / length;
-            let to = (parts[axis] as f64 + 0.5) / PARTS as f64 + 0.95 * along / sides[axis];
-            bit = 3 * bit
-                + if to < 0.0 {
-                    0
-                } else if to < 1.0 {
-                    1
-                } else {
-                    2
-                };
-            ahead += if octant >> axis & 1 == 1 { along } else { -along };
-        }
-        // Points of the grid on the faces of a cube to points on the sphere.
-        weights[bit] += f64::max(ahead, 0.0) / (length * length * length);
-    }
-    let mut order: [usize; NEIGHBOURS] = std::array::from_fn(|bit| bit);
-    order.sort_by(|&a, &b| weights[b].total_cmp(&weights[a]));
-    order[..FIRST].iter().map(|bit| 1 << bit).sum()
 }

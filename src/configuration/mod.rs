@@ -10,6 +10,7 @@ mod grid;
 mod layer;
 mod overlap;
 mod page;
+mod reach;
 
 pub(crate) use contact::Contact;
 pub(crate) use grid::{Grid, Site, Spot};

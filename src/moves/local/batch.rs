@@ -107,7 +107,8 @@ impl<const COUNT: usize> Trials<COUNT> {
     #[allow(clippy::needless_bitwise_bool)]
     // Each loop is over one step of all trials.
     #[allow(clippy::needless_range_loop)]
-    #[inline]
+    // One call a batch costs nothing; four copies in one place cost more than a cache of instructions holds.
+    #[inline(never)]
     pub(super) fn prepare<const EARLY: usize>(
         &mut self,
         rules: &Rules<'_>,
@@ -204,6 +205,12 @@ impl<const COUNT: usize> Trials<COUNT> {
         }
     }
 
+    /// The trials that have not been refused yet, one bit for each.
+    #[inline]
+    pub(super) fn pending(&self) -> u32 {
+        self.refused.iter().enumerate().map(|(trial, &refused)| u32::from(!refused) << trial).sum()
+    }
+
     /// A trial that has not been refused yet.
     #[inline]
     pub(super) fn get(&self, trial: usize) -> Option<Trial> {
@@ -267,6 +274,12 @@ impl Targets {
         let dz = (self.position[2] - z).abs();
         let (dy, dz) = (dy.fast_min(self.widths[0] - dy), dz.fast_min(self.widths[1] - dz));
         self.stale |= dx.fast_max(dy).fast_max(dz).simd_lt(self.reach).to_bitmask();
+    }
+
+    /// Those of them that come after a trial, one bit for each.
+    #[inline]
+    pub(super) fn stale_after(&self, trial: usize) -> u32 {
+        self.stale & u32::MAX << 1 << trial
     }
 
     #[inline]

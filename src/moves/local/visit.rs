@@ -11,6 +11,16 @@ use crate::random::{Generator, index, unit};
 use nalgebra::Vector3;
 use rand::Rng;
 
+/// Cells that are visited before any other where most trials overlap.
+const CROWDED: usize = 4;
+
+/// A branch that must stay one: what comes next does not wait for it if it is guessed.
+#[cold]
+#[inline(never)]
+fn again(pending: &mut u32, stale: u32) {
+    *pending |= stale;
+}
+
 /// Where a sphere of the domain is.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Place {
@@ -90,7 +100,7 @@ impl Slice<'_> {
             let places = &mut census.moving;
             // Where most trials overlap, most of them are settled sooner.
             if 10 * places.len() > 3 * cells {
-                self.try_all::<F, T, D, 4>(common, tile, generator, outcome, places);
+                self.try_all::<F, T, D, CROWDED>(common, tile, generator, outcome, places);
             } else if !places.is_empty() {
                 self.try_all::<F, T, D, 2>(common, tile, generator, outcome, places);
             }
@@ -137,7 +147,12 @@ impl Slice<'_> {
             }
             trials.prepare::<EARLY>(&rules, self, places);
             targets.follow(&trials);
-            for number in 0..batch {
+            // Only those that may be accepted: which is hardly predictable, but for a batch costs one wrong guess.
+            let all = !(u32::MAX << batch);
+            let mut pending = if EARLY == CROWDED { trials.pending() & all } else { all };
+            while pending != 0 {
+                let number = pending.trailing_zeros() as usize;
+                pending &= pending - 1;
                 let trial = if targets.is_stale(number) {
                     // The outcome must be that of one trial after the other.
                     let mut again = trials.alone(number);
@@ -177,6 +192,12 @@ impl Slice<'_> {
                     places[trial.chosen] = Place { layer, index };
                 }
                 targets.disturb(site.position);
+                if EARLY == CROWDED {
+                    let stale = targets.stale_after(number) & all;
+                    if stale != 0 {
+                        again(&mut pending, stale);
+                    }
+                }
                 outcome.accepted += 1;
                 if record {
                     let displacement = Vector3::from(trials.displacements(number));

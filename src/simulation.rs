@@ -1,7 +1,9 @@
 //! The simulation: a scene, its drive, a configuration and a generator.
 
 use crate::configuration::Configuration;
-use crate::drive::{Certificate, ClosedForm, Drive, IsothermalDrive, MappedDrive, Phase, Scheme};
+use crate::drive::{
+    Adaptation, Certificate, ClosedForm, Drive, ForceBalance, IsothermalDrive, MappedDrive, Phase, Scheme,
+};
 use crate::moves::{Engine, LocalMoves, Moves, Sweep, TunedDisplacements};
 use crate::observer::{Frame, Observer, Tally};
 use crate::random::Generator;
@@ -185,6 +187,12 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
         Ok(())
     }
 
+    /// What the production run so far has seen of the balance of forces; nothing in an isothermal scene, where it
+    /// holds by itself. Records of replicas can be merged.
+    pub fn force_balance(&self) -> Option<&ForceBalance> {
+        self.drive.force_balance()
+    }
+
     /// The configuration as an observer sees it.
     pub fn frame(&self) -> Frame<'_> {
         Frame {
@@ -198,7 +206,7 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
     }
 }
 
-impl<F, T, A> Simulation<F, T, MappedDrive<A>> {
+impl<F: Field, T: TemperatureProfile, A: Adaptation> Simulation<F, T, MappedDrive<A>> {
     /// Whether the production run so far can be trusted: whether the field it was made in is that of the density which
     /// it made, to a relative `tolerance`, and whether the column was at rest.
     ///
@@ -222,7 +230,9 @@ impl<F, T, A> Simulation<F, T, MappedDrive<A>> {
     /// [`Error::InvalidParameter`] for a tolerance that is not positive and finite; [`Error::TooFewObservations`] for a
     /// production run below 320 sweeps.
     pub fn certificate(&self, tolerance: f64) -> Result<Certificate, Error> {
-        self.drive.force_balance().certificate(tolerance)
+        self.force_balance().map_or(Err(Error::TooFewObservations { available: 0, needed: 64 }), |balance| {
+            balance.certificate(tolerance)
+        })
     }
 }
 

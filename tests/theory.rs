@@ -849,3 +849,19 @@ proptest! {
         prop_assert!((carried / weight - 1.0).abs() < 1e-3, "{} {}", carried, weight);
     }
 }
+
+/// Centres of mass of the White Bear II density functional at a hard wall, from a solver independent of the project: the
+/// local theory is right about them once it begins where scaled-particle theory says.
+#[test]
+fn columns_between_walls_have_the_center_of_mass_of_density_functional_theory() {
+    let slab = Slab::new(400.0, 25.0, 25.0).unwrap();
+    for (temperature, functional) in [(5.0, 27.9942), (15.0, 42.9804), (20.0, 49.3939), (30.0, 61.3926)] {
+        let temperature = Isothermal::new(temperature).unwrap();
+        let theory = Hydrostatics::new(UniformField::default(), temperature, CarnahanStarling);
+        let walled = theory.between_walls(&slab, 40.0).unwrap().center_of_mass();
+        assert!((walled - functional).abs() < 0.02, "{walled} against {functional}");
+        // Without the walls it is off by the height at which the profile begins.
+        let without = theory.column_density(40.0).unwrap().center_of_mass();
+        assert!((without - functional).abs() > 0.1);
+    }
+}

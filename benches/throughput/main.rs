@@ -15,6 +15,7 @@ mod common;
 #[path = "../plain/mod.rs"]
 mod plain;
 
+mod feedback;
 mod packing;
 mod sizes;
 mod threads;
@@ -111,7 +112,7 @@ struct Arguments {
     /// Spheres of the largest system
     #[arg(long, default_value_t = 1_000_000)]
     largest: usize,
-    /// Only the parts whose names contain this: peers, packing, sizes, threads
+    /// Only the parts whose names contain this: peers, packing, feedback, sizes, threads
     #[arg(default_value = "")]
     part: String,
     /// Instead, so many sweeps of one hot loop and nothing else, for a program that counts instructions
@@ -176,6 +177,9 @@ fn main() -> Result<(), Failure> {
     }
     if wanted("packing") {
         packing::run()?;
+    }
+    if wanted("feedback") {
+        feedback::run()?;
     }
     if wanted("threads") {
         threads::run()?;

@@ -5,7 +5,7 @@ use crate::common::Failure;
 use crate::common::interrupt::Interrupt;
 use crate::common::progress::Progress;
 use crate::common::replicas::in_chunks;
-use gradient_mc::drive::{Drive, Scheme};
+use gradient_mc::drive::{Drive, ForceBalance, Scheme};
 use gradient_mc::observers::{CenterOfMass, EquationOfStateProfile};
 use gradient_mc::{Every, Field, Scene, Simulation, Tally, TemperatureProfile, start};
 use std::time::{Duration, Instant};
@@ -19,6 +19,8 @@ pub(crate) struct Replica {
     /// Profiles of the intervals that were at least begun.
     pub(crate) profiles: Vec<EquationOfStateProfile>,
     pub(crate) center_of_mass: CenterOfMass,
+    /// Whether the effective field was the right one, where there is one.
+    pub(crate) force_balance: Option<ForceBalance>,
     /// Moves of the measurement.
     pub(crate) production: Tally,
     /// Moves of the whole replica, and the processor time that they took.
@@ -78,6 +80,7 @@ fn measure<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
     Ok(Replica {
         profiles,
         center_of_mass: center_of_mass.observer,
+        force_balance: simulation.force_balance().cloned(),
         production: simulation.tally().since(&equilibrated),
         total: *simulation.tally(),
         busy: clock.elapsed(),

@@ -23,7 +23,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum, default_value_t = SchemeChoice::SelfConsistent)]
     pub(crate) scheme: SchemeChoice,
 
-    /// What sweeps consist of [default: chains; with --paper: local]
+    /// What sweeps consist of [default: both; with --paper: local]
     #[arg(long, value_enum)]
     pub(crate) moves: Option<MovesChoice>,
 
@@ -71,6 +71,10 @@ pub(crate) enum MovesChoice {
     Chains,
     /// The paper's trial displacements of single spheres
     Local,
+    /// Displacements of single spheres whose sizes are tuned by height, with long jumps among them
+    Tuned,
+    /// Event chains, and tuned displacements between them
+    Both,
 }
 
 /// How a temperature that varies enters the acceptance.
@@ -117,7 +121,7 @@ impl Protocol {
             return Err("--replicas must be at least 1".into());
         }
         let usual_start = if arguments.paper { StartChoice::Uniform } else { StartChoice::Theory };
-        let usual_moves = if arguments.paper { MovesChoice::Local } else { MovesChoice::Chains };
+        let usual_moves = if arguments.paper { MovesChoice::Local } else { MovesChoice::Both };
         Ok(Self {
             start: arguments.start.unwrap_or(usual_start),
             moves: arguments.moves.unwrap_or(usual_moves),
@@ -140,6 +144,8 @@ impl Protocol {
     pub(crate) fn moves(&self) -> Result<Moves, Failure> {
         Ok(match self.moves {
             MovesChoice::Chains => EventChains::default().into(),
+            MovesChoice::Tuned => LocalMoves::tuned().into(),
+            MovesChoice::Both => EventChains::default().local_moves(Some(LocalMoves::tuned())).into(),
             MovesChoice::Local => LocalMoves::new(Self::MAXIMUM_DISPLACEMENT, &self.slab()?)?.into(),
         })
     }

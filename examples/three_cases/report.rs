@@ -5,6 +5,7 @@ use super::measurement::Replica;
 use super::protocol::Protocol;
 use crate::common::Failure;
 use crate::common::output::write_csv;
+use gradient_mc::drive::Certificate;
 use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa, packing_fraction};
 use gradient_mc::hydrostatics::Hydrostatics;
 use gradient_mc::observers::{CenterOfMass, EquationOfStateProfile};
@@ -106,6 +107,8 @@ pub(crate) struct Report {
     pub(crate) bins: Vec<Bin>,
     pub(crate) center_of_mass: Option<Estimate>,
     pub(crate) center_of_mass_theory: f64,
+    /// Verdict on the effective field, where there is one and enough was measured.
+    pub(crate) certificate: Option<Certificate>,
     /// Second half of the measurement minus the first, mean over the replicas.
     pub(crate) drift: Option<Estimate>,
     /// Packing fraction from the base up to where the bulk begins: mean over the layers at the wall.
@@ -123,6 +126,9 @@ pub(crate) struct Report {
 }
 
 impl Report {
+    /// Of the certificate: the smallest that runs of the usual length can tell.
+    const TOLERANCE: f64 = 0.02;
+
     /// Evaluates the replicas of a case.
     pub(crate) fn new(case: Case, replicas: &[Replica], protocol: &Protocol) -> Result<Self, Failure> {
         let runs: Vec<&EquationOfStateProfile> =
@@ -172,6 +178,7 @@ impl Report {
             particles: protocol.particles,
             center_of_mass: center_of_mass.estimate().ok(),
             center_of_mass_theory: theory.center_of_mass(),
+            certificate: certificate(replicas)?,
             drift: center_of_mass.drift().ok(),
             low_packing_fraction: over_low(|bin| bin.number_density.mean),
             low_packing_fraction_theory: over_low(|bin| bin.number_density_theory),
@@ -240,6 +247,16 @@ impl Report {
             }),
         )
     }
+}
+
+/// What all replicas together say of the field; nothing without a field, or too early.
+fn certificate(replicas: &[Replica]) -> Result<Option<Certificate>, Failure> {
+    let mut records = replicas.iter().filter_map(|replica| replica.force_balance.clone());
+    let Some(mut pooled) = records.next() else { return Ok(None) };
+    for record in records {
+        pooled.merge(&record)?;
+    }
+    Ok(pooled.certificate(Report::TOLERANCE).ok())
 }
 
 fn sum_tallies(replicas: &[Replica], tally: impl Fn(&Replica) -> Tally) -> Tally {

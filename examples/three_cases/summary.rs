@@ -95,6 +95,9 @@ pub(crate) fn remarks(protocol: &Protocol, reports: &[Report], threads: usize, e
         thread_count(threads),
     );
     for report in reports {
+        if let Some(certificate) = report.certificate {
+            text.push_str(&format!("{}: effective field {certificate}.\n", report.case.head()));
+        }
         let Some(drift) = report.drift else { continue };
         let sigmas = drift.deviation_from(0.0);
         if sigmas.abs() > DRIFT_TOLERANCE {
@@ -144,7 +147,9 @@ struct OtherSide {
 impl OtherSide {
     fn of(moves: MovesChoice) -> Self {
         match moves {
-            MovesChoice::Chains => Self { particles: 4000, sweeps: 5000, memory: "thousand" },
+            MovesChoice::Chains | MovesChoice::Tuned | MovesChoice::Both => {
+                Self { particles: 4000, sweeps: 5000, memory: "thousand" }
+            }
             MovesChoice::Local => Self { particles: 1000, sweeps: 100_000, memory: "ten thousand" },
         }
     }

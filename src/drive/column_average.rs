@@ -177,6 +177,40 @@ impl LidContact {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Slab;
+    use crate::equation_of_state::ModifiedKolafa;
+    use crate::field::UniformField;
+    use crate::temperature::ExponentialTemperature;
+
+    /// The field of a column that has the density of the theory is that of the closure.
+    #[test]
+    fn what_the_theory_counts_is_what_the_closure_says() {
+        let slab = Slab::new(120.0, 6.0, 6.0).unwrap();
+        let temperature = ExponentialTemperature::new(12.0, 0.03).unwrap();
+        let scene = Scene::new(slab, 900, UniformField::default(), temperature).unwrap();
+        let worst = |width: f64| {
+            let potential = EffectivePotential::new(&scene, width).unwrap();
+            let prior = Prior::new(&scene, &potential, &ModifiedKolafa, 1e-9).unwrap();
+            let theory = Hydrostatics::new(scene.field(), scene.temperature(), ModifiedKolafa)
+                .between_walls(&slab, scene.column_density())
+                .unwrap();
+            let mut average = ColumnAverage::new(potential.bins());
+            average.configurations = 1;
+            for (bin, height) in potential.heights().enumerate() {
+                let (low, high) = (height - 0.5 * width, height + 0.5 * width);
+                let spheres = 36.0 * (theory.column_above(low) - theory.column_above(high));
+                (average.counts[bin], average.weights[bin]) = (spheres, spheres);
+            }
+            let ratios = average.ratios(&scene, potential.bin_width(), prior.lid_pressure, &prior);
+            let dense = potential.heights().zip(ratios.iter().zip(&prior.ratios));
+            dense
+                .filter(|(height, _)| theory.number_density(*height) > 1e-4)
+                .map(|(_, (counted, closed))| (counted / closed - 1.0).abs())
+                .fold(0.0, f64::max)
+        };
+        let (coarse, fine) = (worst(0.5), worst(0.125));
+        assert!(coarse < 0.02 && fine < coarse / 8.0 + 1e-9, "{coarse}, {fine}");
+    }
 
     #[test]
     fn the_contact_density_is_extrapolated() {

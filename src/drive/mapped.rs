@@ -120,12 +120,6 @@ impl<A> MappedDrive<A> {
     {
         self.adaptation.lid_pressure()
     }
-
-    /// What the production run so far has seen of the balance of forces.
-    #[must_use]
-    pub fn force_balance(&self) -> &ForceBalance {
-        &self.balance
-    }
 }
 
 impl<F: Field, T: TemperatureProfile, A: Adaptation> Drive<F, T> for MappedDrive<A> {
@@ -154,6 +148,10 @@ impl<F: Field, T: TemperatureProfile, A: Adaptation> Drive<F, T> for MappedDrive
             self.sweeps += 1;
         }
         self.adaptation.after_sweep(&mut self.potential, scene, centers, phase)
+    }
+
+    fn force_balance(&self) -> Option<&ForceBalance> {
+        Some(&self.balance)
     }
 
     fn start_production(&mut self, scene: &Scene<F, T>) -> Result<(), Error> {

@@ -90,6 +90,12 @@ pub trait Drive<F, T>: Sync {
         Ok(())
     }
 
+    /// What production has seen of the balance of forces, where u could be the wrong one; by default nothing.
+    #[inline]
+    fn force_balance(&self) -> Option<&ForceBalance> {
+        None
+    }
+
     /// Called when production starts, before its first sweep.
     ///
     /// # Errors

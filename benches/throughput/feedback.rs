@@ -1,0 +1,63 @@
+//! What the feedback of a temperature that varies costs: sweeps that measure and adapt, and sweeps that record the
+//! balance of forces, against sweeps in the same potential, frozen and unobserved.
+
+use crate::common::Failure;
+use crate::common::table::Table;
+use crate::{cpu_seconds, median};
+use gradient_mc::drive::{EffectivePotential, EquationOfStateClosure, Scheme, SelfConsistent};
+use gradient_mc::field::UniformField;
+use gradient_mc::moves::{EventChains, LocalMoves, Moves};
+use gradient_mc::temperature::ExponentialTemperature;
+use gradient_mc::{Error, Scene, Simulation, Slab};
+
+const TURNS: usize = 21;
+
+/// The frozen potential, and nothing else.
+struct Bare(EffectivePotential);
+
+impl<F: gradient_mc::Field, T> Scheme<F, T> for Bare {
+    type Drive = EffectivePotential;
+    fn drive(self, _: &Scene<F, T>) -> Result<EffectivePotential, Error> {
+        Ok(self.0)
+    }
+}
+
+pub(crate) fn run() -> Result<(), Failure> {
+    let mut table = Table::new(["spheres, moves", "adapting / frozen", "recording / frozen"]);
+    for (particles, width) in [(1000, 5.0), (25_000, 25.0)] {
+        let slab = Slab::new(400.0, width, width)?;
+        let temperature = ExponentialTemperature::new(20.0, 0.02)?;
+        let scene = Scene::new(slab, particles, UniformField::default(), temperature)?;
+        let moves: [(&str, Moves); 2] =
+            [("local", LocalMoves::new(0.75, &slab)?.into()), ("chains", EventChains::default().into())];
+        for (name, moves) in moves {
+            let potential = EquationOfStateClosure::default().drive(&scene)?.potential().clone();
+            let mut adapting =
+                Simulation::builder(scene).scheme(SelfConsistent::default()).moves(moves).build()?;
+            let mut recording =
+                Simulation::builder(scene).scheme(EquationOfStateClosure::default()).moves(moves).build()?;
+            let mut frozen = Simulation::builder(scene).scheme(Bare(potential)).moves(moves).build()?;
+            // Past the first steps, which are short.
+            adapting.equilibrate(600, &mut ())?;
+            recording.equilibrate(600, &mut ())?;
+            frozen.equilibrate(600, &mut ())?;
+            let sweeps = 2_000_000 / particles as u64;
+            let mut ratios = [Vec::new(), Vec::new()];
+            for _ in 0..TURNS {
+                let start = cpu_seconds();
+                adapting.equilibrate(sweeps, &mut ())?;
+                let first = cpu_seconds();
+                frozen.run(sweeps, &mut ())?;
+                let second = cpu_seconds();
+                recording.run(sweeps, &mut ())?;
+                let third = cpu_seconds();
+                ratios[0].push((first - start) / (second - first));
+                ratios[1].push((third - second) / (second - first));
+            }
+            let cells = ratios.map(|ratios| format!("{:.3}", median(ratios)));
+            table.row(&format!("{particles}, {name}"), cells);
+        }
+    }
+    println!("\nwhat the feedback costs: T = 20 exp(-0.02 x), medians of {TURNS} turns, CPU time\n{table}");
+    Ok(())
+}

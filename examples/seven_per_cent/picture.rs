@@ -62,12 +62,16 @@ fn instantaneous(runs: &[Finished], prediction: &Prediction, area: f64, place: P
         .filter(|(setup, _)| setup.scheme == SchemeChoice::Instantaneous && (setup.area - area).abs() < 1e-9)
         .collect();
     let values = chosen.iter().flat_map(|(_, outcome)| &outcome.bands[0]);
-    let highest = values.map(|band| 100.0 * band.deviation.mean).fold(5.0, f64::max);
+    // A column that has run away would press the others flat.
+    let highest = values
+        .map(|band| 100.0 * band.deviation.mean)
+        .filter(|&deviation| deviation < 100.0)
+        .fold(5.0, f64::max);
     let label = format!("height x / d, histogram of the last sweep, A = {area}");
     let mut panel = Panel::new(
         place,
         height_axis(&label),
-        Axis::new("P/(nTZ) − 1, %", -8.0, (1.15 * highest).ceil()).with_numbers(6),
+        Axis::new("P/(nTZ) − 1, %", -8.0, (1.3 * highest).ceil()).with_numbers(6),
     )
     .with_legend(Corner::TopRight)
     .line("", colors::GREY, Mark::Line, [(6.0, 0.0), (58.0, 0.0)]);

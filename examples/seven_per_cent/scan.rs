@@ -37,6 +37,9 @@ pub(crate) struct Scan {
 }
 
 impl Scan {
+    /// Three spheres to a bin, about.
+    pub(crate) const NARROWEST_JUDGED: f64 = 0.2;
+
     pub(crate) fn all(full: bool, seed: u64) -> Vec<Self> {
         let sizes: &[f64] =
             if full { &[0.05, 0.1, 0.2, 0.4, 0.75, 1.0, 1.5] } else { &[0.1, 0.3, 0.75, 1.5] };

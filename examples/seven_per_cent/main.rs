@@ -18,6 +18,7 @@ mod common;
 
 mod picture;
 mod prediction;
+mod redraw;
 mod run;
 mod scan;
 
@@ -43,6 +44,9 @@ struct Arguments {
     /// Every scheme, base and bin, from both sides, each to half a per cent; half an hour on two cores
     #[arg(long, visible_alias = "paper")]
     full: bool,
+    /// Only draw the picture again, from the CSV files in the directory
+    #[arg(long)]
+    redraw: bool,
 }
 
 fn main() -> ExitCode {
@@ -116,6 +120,9 @@ fn setups(full: bool, seed: u64) -> Vec<Setup> {
 /// A run with what it came to.
 pub(crate) type Finished = (Setup, Outcome);
 
+/// A run as it is drawn.
+pub(crate) type Drawn = (Setup, Vec<run::Band>);
+
 enum Task {
     Run(Setup),
     Scan(Scan),
@@ -128,6 +135,12 @@ enum Done {
 
 fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let directory = arguments.shared.directory("seven_per_cent");
+    let path = directory.join("seven_per_cent");
+    let prediction = Prediction::new(run::COLUMN)?;
+    if arguments.redraw {
+        picture::draw(&redraw::runs(&directory)?, &redraw::scans(&directory)?, &prediction, &path)?;
+        return Ok(Ending::Finished);
+    }
     output::create_directory(&directory)?;
     let interrupt = Interrupt::listen()?;
     let setups = setups(arguments.full, arguments.shared.seed);
@@ -165,10 +178,10 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     scans.sort_by(|(a, _), (b, _)| {
         a.bin.total_cmp(&b.bin).then(a.maximum_displacement.total_cmp(&b.maximum_displacement))
     });
-    let prediction = Prediction::new(run::COLUMN)?;
     write(&runs, &prediction, &directory)?;
     scan::write(&scans, &directory)?;
-    picture::draw(&runs, &scans, &prediction, &directory.join("seven_per_cent"))?;
+    let drawn: Vec<Drawn> = runs.iter().map(|(setup, outcome)| (*setup, outcome.bands[0].clone())).collect();
+    picture::draw(&drawn, &scans, &prediction, &path)?;
     println!("{}", table(&runs, &prediction));
     println!("{}", scan::table(&scans)?);
     println!("written to {}", directory.display());

@@ -1,7 +1,7 @@
 //! The picture: the bias of instantaneous counts for bins and bases, the schemes that have none, and what crossing
 //! bins has to do with it.
 
-use super::Finished;
+use super::Drawn;
 use super::prediction::{Prediction, part_outside};
 use super::run::{Band, MovesChoice, SchemeChoice, Side};
 use super::scan::{BIN, Scan, full_bias};
@@ -12,7 +12,7 @@ use std::path::Path;
 
 /// Draws `<path>.svg` and `<path>.png`.
 pub(crate) fn draw(
-    runs: &[Finished],
+    runs: &[Drawn],
     scans: &[(Scan, Estimate)],
     prediction: &Prediction,
     path: &Path,
@@ -56,12 +56,12 @@ fn height_axis(label: &str) -> Axis {
     Axis::new(label, 6.0, 58.0).with_numbers(10)
 }
 
-fn instantaneous(runs: &[Finished], prediction: &Prediction, area: f64, place: Place) -> Panel {
-    let chosen: Vec<&Finished> = runs
+fn instantaneous(runs: &[Drawn], prediction: &Prediction, area: f64, place: Place) -> Panel {
+    let chosen: Vec<&Drawn> = runs
         .iter()
         .filter(|(setup, _)| setup.scheme == SchemeChoice::Instantaneous && (setup.area - area).abs() < 1e-9)
         .collect();
-    let values = chosen.iter().flat_map(|(_, outcome)| &outcome.bands[0]);
+    let values = chosen.iter().flat_map(|(_, bands)| bands);
     // A column that has run away would press the others flat.
     let highest = values
         .map(|band| 100.0 * band.deviation.mean)
@@ -77,13 +77,13 @@ fn instantaneous(runs: &[Finished], prediction: &Prediction, area: f64, place: P
     .line("", colors::GREY, Mark::Line, [(6.0, 0.0), (58.0, 0.0)]);
     let mut bins: Vec<f64> = Vec::new();
     let mut labels: Vec<String> = Vec::new();
-    for (setup, outcome) in &chosen {
+    for (setup, bands) in &chosen {
         if !bins.contains(&setup.acceptance_bin) {
             bins.push(setup.acceptance_bin);
         }
         let index = bins.iter().position(|&bin| bin >= setup.acceptance_bin).unwrap_or(0);
         let (color, label) = match setup.moves {
-            MovesChoice::Chains => (colors::GREY, "event chains, all bins".to_owned()),
+            MovesChoice::Chains => (colors::GREY, format!("bins {}, event chains", setup.acceptance_bin)),
             MovesChoice::Local(size) => (COLORS[index], format!("bins {}, S = {size}", setup.acceptance_bin)),
         };
         let shown = if labels.contains(&label) { String::new() } else { label.clone() };
@@ -95,12 +95,12 @@ fn instantaneous(runs: &[Finished], prediction: &Prediction, area: f64, place: P
             panel = panel.line("", color, Mark::Line, curve);
         }
         let shift = if setup.side == Side::Above { -0.25 } else { 0.25 };
-        panel = panel.points(&shown, color, Mark::Points, points(&outcome.bands[0], shift));
+        panel = panel.points(&shown, color, Mark::Points, points(bands, shift));
     }
     panel
 }
 
-fn others(runs: &[Finished], place: Place) -> Panel {
+fn others(runs: &[Drawn], place: Place) -> Panel {
     let kinds = [
         (SchemeChoice::Closure, "closure by an equation of state", colors::GREEN),
         (SchemeChoice::SelfConsistent, "self-consistent", colors::BLUE),
@@ -116,10 +116,10 @@ fn others(runs: &[Finished], place: Place) -> Panel {
     .line("", colors::GREY, Mark::Line, [(6.0, 0.0), (58.0, 0.0)]);
     for (number, (scheme, name, color)) in (0_u32..).zip(kinds) {
         let mut label = name;
-        for (setup, outcome) in runs.iter().filter(|(setup, _)| setup.scheme == scheme) {
+        for (setup, bands) in runs.iter().filter(|(setup, _)| setup.scheme == scheme) {
             let side = if setup.side == Side::Above { -0.25 } else { 0.25 };
             let shift = side + f64::from(number) * 0.6 - 0.9;
-            panel = panel.points(label, color, Mark::Dots, points(&outcome.bands[0], shift));
+            panel = panel.points(label, color, Mark::Dots, points(bands, shift));
             label = "";
         }
     }

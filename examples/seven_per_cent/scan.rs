@@ -58,6 +58,11 @@ impl Scan {
         all.enumerate().map(scan).collect()
     }
 
+    /// One that was measured before.
+    pub(crate) fn measured(maximum_displacement: f64, bin: f64) -> Self {
+        Self { maximum_displacement, bin, sweeps: 0, seed: 0 }
+    }
+
     /// What counting noise predicts.
     pub(crate) fn predicted(&self) -> Result<f64, Failure> {
         Ok(part_outside(self.maximum_displacement, self.bin) * full_bias(self.bin)?)

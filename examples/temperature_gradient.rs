@@ -35,7 +35,7 @@ use std::process::ExitCode;
 struct Arguments {
     #[command(flatten)]
     shared: SharedArguments,
-    /// Until errors are below a quarter of a per cent: some fifteen minutes on two cores
+    /// Until errors are below a quarter of a per cent: three to six minutes on two cores
     #[arg(long, visible_alias = "paper")]
     full: bool,
 }

@@ -150,13 +150,18 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let interrupt = Interrupt::listen()?;
     let (replicas_of_each, sweeps) = if arguments.full { (4, 12_000) } else { (2, 2500) };
     let tasks: Vec<(usize, u64)> = (0..DECAY_RATES.len())
+        // The longest first, so that the threads end together.
+        .rev()
         .flat_map(|index| (0..replicas_of_each).map(move |number| (index, number)))
         .collect();
-    let progress = Progress::new(2 * sweeps * tasks.len() as u64, "temperature gradients");
+    // The steepest column remembers longest.
+    let sweeps = |index: usize| if DECAY_RATES[index] > 0.04 { 2 * sweeps } else { sweeps };
+    let work = tasks.iter().map(|&(index, _)| 2 * sweeps(index)).sum();
+    let progress = Progress::new(work, "temperature gradients");
     let base_seed = arguments.shared.seed.wrapping_mul(1_000_003);
     let measured = replicas::in_parallel(arguments.shared.threads, tasks, |(index, number)| {
         let seed = base_seed.wrapping_add(index as u64 * 1000 + number);
-        replica(DECAY_RATES[index], number, sweeps, seed, &interrupt, &progress)
+        replica(DECAY_RATES[index], number, sweeps(index), seed, &interrupt, &progress)
     });
     progress.finish();
     let measured = match measured {
@@ -165,7 +170,7 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     };
     let mut outcomes = Vec::new();
     for (decay_rate, replicas) in
-        DECAY_RATES.into_iter().zip(measured.chunks(usize::try_from(replicas_of_each)?))
+        DECAY_RATES.into_iter().zip(measured.chunks(usize::try_from(replicas_of_each)?).rev())
     {
         let (first, rest) = replicas.split_first().ok_or("nothing was measured")?;
         let (mut profile, mut balance) = first.clone();

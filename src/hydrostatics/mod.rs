@@ -104,11 +104,11 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
     /// (doi:10.1103/PhysRevE.83.061306) it is then that of density functional theory within 0.02.
     ///
     /// ```
-    /// use gradient_mc::equation_of_state::ModifiedKolafa;
+    /// use gradient_mc::equation_of_state::CarnahanStarling;
     /// use gradient_mc::{Hydrostatics, Slab, field::UniformField, temperature::Isothermal};
-    /// let theory = Hydrostatics::new(UniformField::default(), Isothermal::new(15.0)?, ModifiedKolafa);
+    /// let theory = Hydrostatics::new(UniformField::default(), Isothermal::new(15.0)?, CarnahanStarling);
     /// let slab = Slab::new(400.0, 25.0, 25.0)?;
-    /// // White Bear II: 42.980.
+    /// // White Bear II, a functional made of this equation of state: 42.980.
     /// assert!((theory.between_walls(&slab, 40.0)?.center_of_mass() - 42.98).abs() < 0.02);
     /// # Ok::<(), gradient_mc::Error>(())
     /// ```

@@ -27,11 +27,11 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum)]
     pub(crate) moves: Option<MovesChoice>,
 
-    /// Sweeps measured in every replica [default: 400; with --paper: 500000]
+    /// Sweeps measured in every replica [default: 450; with --paper: 500000]
     #[arg(long)]
     pub(crate) sweeps: Option<u64>,
 
-    /// Sweeps before the measurement [default: 330; with --paper: 500000]
+    /// Sweeps before the measurement [default: 400; with --paper: 500000]
     #[arg(long)]
     pub(crate) equilibration: Option<u64>,
 
@@ -114,7 +114,7 @@ impl Protocol {
     pub(crate) fn new(arguments: &Arguments) -> Result<Self, Failure> {
         let choose =
             |given: Option<u64>, paper, usual| given.unwrap_or(if arguments.paper { paper } else { usual });
-        let sweeps = choose(arguments.sweeps, 500_000, 400);
+        let sweeps = choose(arguments.sweeps, 500_000, 450);
         let count = if arguments.paper { 5 } else { 1 };
         let replicas = choose(arguments.replicas, 1, 4);
         if replicas == 0 {
@@ -128,7 +128,7 @@ impl Protocol {
             scheme: arguments.scheme,
             particles: arguments.particles,
             replicas,
-            equilibration: choose(arguments.equilibration, 500_000, 330),
+            equilibration: choose(arguments.equilibration, 500_000, 400),
             intervals: (0..count).map(|k| sweeps * (k + 1) / count - sweeps * k / count).collect(),
             bin_width: arguments.bin_width.unwrap_or(if arguments.paper { 0.1 } else { 0.5 }),
             seed: arguments.shared.seed,

@@ -18,10 +18,10 @@ use common::progress::Progress;
 use common::table::Table;
 use common::{Ending, Failure, conclude, output, replicas};
 use gradient_mc::drive::{Certificate, ForceBalance, SelfConsistent};
-use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa, packing_fraction};
+use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves};
-use gradient_mc::observers::{BinState, EquationOfStateProfile};
+use gradient_mc::observers::EquationOfStateProfile;
 use gradient_mc::start::{Compact, Uniform};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::ExponentialTemperature;
@@ -122,20 +122,6 @@ fn replica(
     Ok((profile.observer, balance))
 }
 
-/// Ratios of the sums of P and of n T Z over groups of heights, less 1.
-fn deviations(profile: &EquationOfStateProfile, edges: &[f64]) -> Result<Vec<Estimate>, Failure> {
-    let theory = |state: &BinState| {
-        let factor = ModifiedKolafa.compressibility_factor(packing_fraction(state.number_density));
-        state.number_density * state.temperature * factor
-    };
-    let of_group = |states: &[BinState], group: &[f64]| {
-        let inside = || states.iter().filter(|state| (group[0]..group[1]).contains(&state.height));
-        inside().map(|state| state.pressure).sum::<f64>() / inside().map(theory).sum::<f64>() - 1.0
-    };
-    Ok(profile
-        .jackknife(|states| edges.windows(2).map(|group| of_group(states, group)).collect::<Vec<f64>>())?)
-}
-
 fn percent(deviation: Estimate) -> String {
     Estimate::new(100.0 * deviation.mean, 100.0 * deviation.standard_error).to_string()
 }
@@ -182,7 +168,9 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         let theory = Hydrostatics::new(UniformField::default(), temperature, ModifiedKolafa)
             .between_walls(&slab()?, COLUMN_DENSITY)?;
         let edges = edges(&theory);
-        let deviations = deviations(&profile, &edges)?;
+        let groups: Vec<[f64; 2]> = edges.windows(2).map(|group| [group[0], group[1]]).collect();
+        let deviations =
+            profile.deviations_over(&groups, |eta| ModifiedKolafa.compressibility_factor(eta))?;
         let certificate = balance.certificate(TOLERANCE)?;
         outcomes.push(Outcome { decay_rate, edges, deviations, certificate });
     }

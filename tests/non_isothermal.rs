@@ -9,35 +9,19 @@ use gradient_mc::drive::{
     AveragedThenFrozen, Convergence, Drive, EquationOfStateClosure, Instantaneous, RunningAverage, Scheme,
     SelfConsistent, Suggestion,
 };
-use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa, packing_fraction};
+use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
 use gradient_mc::field::{ExponentialField, UniformField};
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
-use gradient_mc::observers::{BinState, EquationOfStateProfile};
+use gradient_mc::observers::EquationOfStateProfile;
 use gradient_mc::start::{Compact, Positions, Start, Theory, Uniform};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::{ExponentialTemperature, TabulatedTemperature, TemperatureFn};
 use gradient_mc::{Every, Field, Scene, Simulation, Slab, TemperatureProfile};
 use proptest::prelude::*;
 
-/// Ratios of pressures, over ranges of height, to what the modified Kolafa-Labík-Malijevský equation makes of the
-/// density there; less 1.
+/// Deviations from the modified Kolafa-Labík-Malijevský equation over ranges of height.
 fn deviations(profile: &EquationOfStateProfile, ranges: &[[f64; 2]]) -> Vec<Estimate> {
-    let theory = |state: &BinState| {
-        let factor = ModifiedKolafa.compressibility_factor(packing_fraction(state.number_density));
-        state.number_density * state.temperature * factor
-    };
-    let ratio = |states: &[BinState], [low, high]: [f64; 2]| {
-        let inside = states.iter().filter(|state| (low..high).contains(&state.height));
-        let (mut pressure, mut expected) = (0.0, 0.0);
-        for state in inside {
-            pressure += state.pressure;
-            expected += theory(state);
-        }
-        pressure / expected - 1.0
-    };
-    profile
-        .jackknife(|states| ranges.iter().map(|&range| ratio(states, range)).collect::<Vec<f64>>())
-        .unwrap()
+    profile.deviations_over(ranges, |eta| ModifiedKolafa.compressibility_factor(eta)).unwrap()
 }
 
 /// Whether deviations are none: within 4 standard errors, and these below `cap`.

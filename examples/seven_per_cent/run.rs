@@ -9,10 +9,10 @@ use gradient_mc::drive::{
     Adaptation, AveragedThenFrozen, Certificate, EquationOfStateClosure, Instantaneous, MappedDrive,
     RunningAverage, Scheme, SelfConsistent,
 };
-use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa, packing_fraction};
+use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
-use gradient_mc::observers::{BinState, CenterOfMass, EquationOfStateProfile};
+use gradient_mc::observers::{CenterOfMass, EquationOfStateProfile};
 use gradient_mc::start::{Compact, Positions, Start, Uniform};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::ExponentialTemperature;
@@ -237,21 +237,7 @@ impl Setup {
 
 /// Means over the bands of P over those of n T Z.
 fn bands(profile: &EquationOfStateProfile) -> Result<Vec<Band>, Failure> {
-    let theory = |state: &BinState| {
-        let factor = ModifiedKolafa.compressibility_factor(packing_fraction(state.number_density));
-        state.number_density * state.temperature * factor
-    };
-    let deviations = profile.jackknife(|states| {
-        BANDS.map(|[low, high]| {
-            let inside = states.iter().filter(|state| (low..high).contains(&state.height));
-            let (mut pressure, mut expected) = (0.0, 0.0);
-            for state in inside {
-                pressure += state.pressure;
-                expected += theory(state);
-            }
-            pressure / expected - 1.0
-        })
-    })?;
+    let deviations = profile.deviations_over(&BANDS, |eta| ModifiedKolafa.compressibility_factor(eta))?;
     let bands = BANDS.iter().zip(deviations);
     Ok(bands.map(|(&[low, high], deviation)| Band { height: f64::midpoint(low, high), deviation }).collect())
 }

@@ -9,10 +9,10 @@ use crate::common::progress::Progress;
 use crate::common::replicas::in_chunks;
 use crate::common::table::Table;
 use gradient_mc::drive::Instantaneous;
-use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa, packing_fraction};
+use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::LocalMoves;
-use gradient_mc::observers::{BinState, EquationOfStateProfile};
+use gradient_mc::observers::EquationOfStateProfile;
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::ExponentialTemperature;
 use gradient_mc::{Every, Scene, Simulation, Slab};
@@ -98,15 +98,8 @@ impl Scan {
         if made < self.sweeps {
             return Err("interrupted".into());
         }
-        let theory = |state: &BinState| {
-            let factor = ModifiedKolafa.compressibility_factor(packing_fraction(state.number_density));
-            state.number_density * state.temperature * factor
-        };
-        let deviation = profile.observer.jackknife(|states| {
-            let [low, high] = RANGE;
-            let inside = || states.iter().filter(|state| (low..high).contains(&state.height));
-            [inside().map(|state| state.pressure).sum::<f64>() / inside().map(theory).sum::<f64>() - 1.0]
-        })?;
+        let deviation =
+            profile.observer.deviations_over(&[RANGE], |eta| ModifiedKolafa.compressibility_factor(eta))?;
         Ok(deviation[0])
     }
 }

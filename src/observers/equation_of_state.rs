@@ -211,6 +211,33 @@ impl EquationOfStateProfile {
         })
     }
 
+    /// Deviations from the equation of state whose compressibility factor Z(η) is given, over ranges of heights: the sum of
+    /// P over that of n T Z, less 1, of the bins whose middles lie in `[low, high)`. NaN where there are none.
+    ///
+    /// Sums of narrow bins have neither their noise nor the curvature that a wide bin averages over.
+    ///
+    /// # Errors
+    /// [`Error::TooFewObservations`] below 16 frames.
+    pub fn deviations_over(
+        &self,
+        ranges: &[[f64; 2]],
+        compressibility_factor: impl Fn(f64) -> f64,
+    ) -> Result<Vec<Estimate>, Error> {
+        let theory = |state: &BinState| {
+            let factor = compressibility_factor(equation_of_state::packing_fraction(state.number_density));
+            state.number_density * state.temperature * factor
+        };
+        let over = |states: &[BinState], [low, high]: [f64; 2]| {
+            let (mut pressure, mut expected) = (0.0, 0.0);
+            for state in states.iter().filter(|state| (low..high).contains(&state.height)) {
+                pressure += state.pressure;
+                expected += theory(state);
+            }
+            pressure / expected - 1.0
+        };
+        self.jackknife(|states| ranges.iter().map(|&range| over(states, range)).collect::<Vec<f64>>())
+    }
+
     /// A function of packing fraction, density, pressure and temperature for every bin, with its error;
     /// NaN where there never was a sphere.
     fn ratios(&self, function: impl Fn(f64, f64, f64, f64) -> f64) -> Result<Vec<Estimate>, Error> {

@@ -47,6 +47,8 @@ pub(crate) enum Mark {
     Points,
     /// Many points of simulation, too close for symbols of full size.
     Dots,
+    /// Points that are not to be trusted, or not to be confused with others: open circles.
+    Rings,
 }
 
 /// One set of data.
@@ -65,11 +67,27 @@ pub(crate) struct Axis {
     low: f64,
     high: f64,
     numbers: usize,
+    logarithmic: bool,
 }
 
 impl Axis {
     pub(crate) fn new(label: &str, low: f64, high: f64) -> Self {
-        Self { label: label.to_owned(), low, high, numbers: 6 }
+        Self { label: label.to_owned(), low, high, numbers: 6, logarithmic: false }
+    }
+
+    /// An axis with a number at every power of ten, or at fewer where there are many.
+    pub(crate) fn logarithmic(label: &str, low: f64, high: f64) -> Self {
+        Self { logarithmic: true, ..Self::new(label, low, high) }
+    }
+
+    /// Where a value stands along the axis: on a scale without units that plotters divides evenly.
+    fn position(&self, value: f64) -> f64 {
+        if self.logarithmic { libm::log10(value) } else { value }
+    }
+
+    /// The positions of both ends.
+    fn range(&self) -> (f64, f64) {
+        (self.position(self.low), self.position(self.high))
     }
 
     pub(crate) fn with_numbers(mut self, numbers: usize) -> Self {
@@ -83,6 +101,7 @@ impl Axis {
 pub(crate) enum Corner {
     TopLeft,
     TopRight,
+    BottomLeft,
     BottomRight,
 }
 
@@ -95,21 +114,79 @@ pub(crate) struct Place {
     pub(crate) height: f64,
 }
 
+/// A rectangle of one colour in a map.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Cell {
+    /// Both ends along x and along y.
+    pub(crate) x: [f64; 2],
+    pub(crate) y: [f64; 2],
+    pub(crate) color: RGBColor,
+}
+
+/// Words inside a panel.
+#[derive(Debug, Clone)]
+struct Note {
+    x: f64,
+    y: f64,
+    text: String,
+    color: RGBColor,
+}
+
 /// Axes and what is drawn between them.
 #[derive(Debug, Clone)]
 pub(crate) struct Panel {
     place: Place,
+    title: Option<String>,
     x: Axis,
     y: Axis,
+    cells: Vec<Cell>,
     series: Vec<Series>,
+    notes: Vec<Note>,
     legend: Option<Corner>,
     /// Shares the axis below with the next panel.
     without_x_labels: bool,
+    /// Stands inside another panel, drawn before it.
+    inset: bool,
 }
 
 impl Panel {
     pub(crate) fn new(place: Place, x: Axis, y: Axis) -> Self {
-        Self { place, x, y, series: Vec::new(), legend: None, without_x_labels: false }
+        Self {
+            place,
+            title: None,
+            x,
+            y,
+            cells: Vec::new(),
+            series: Vec::new(),
+            notes: Vec::new(),
+            legend: None,
+            without_x_labels: false,
+            inset: false,
+        }
+    }
+
+    /// Says above the panel what it shows.
+    pub(crate) fn with_title(mut self, title: &str) -> Self {
+        self.title = Some(title.to_owned());
+        self
+    }
+
+    /// Makes the panel one that stands inside another, on white and with smaller letters; add it to the figure after that one.
+    pub(crate) fn as_inset(mut self) -> Self {
+        self.inset = true;
+        self
+    }
+
+    /// Adds coloured rectangles, below everything else.
+    pub(crate) fn cells(mut self, cells: impl IntoIterator<Item = Cell>) -> Self {
+        self.cells.extend(cells);
+        self
+    }
+
+    /// Writes words centred at (x, y).
+    pub(crate) fn note(mut self, x: f64, y: f64, text: &str, color: RGBColor) -> Self {
+        self.notes.push(Note { x, y, text: text.to_owned(), color });
+        self
     }
 
     pub(crate) fn with_legend(mut self, corner: Corner) -> Self {
@@ -161,6 +238,12 @@ pub(crate) struct Figure {
 impl Figure {
     pub(crate) fn new(title: &str) -> Self {
         Self { title: title.to_owned(), size: (1600, 700), panels: Vec::new() }
+    }
+
+    /// Width and height in pixels, 1600 x 700 unless told otherwise.
+    pub(crate) fn with_size(mut self, width: u32, height: u32) -> Self {
+        self.size = (width, height);
+        self
     }
 
     pub(crate) fn panel(mut self, panel: Panel) -> Self {

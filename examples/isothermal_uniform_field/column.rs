@@ -24,6 +24,9 @@ pub(crate) const FINE_BIN_WIDTH: f64 = 0.01;
 pub(crate) const FINE_RANGE: [f64; 2] = [0.5, 3.5];
 /// The base in the paper's bins.
 const BASE_RANGE: [f64; 2] = [0.5, 8.5];
+/// Sweeps of small local moves between two looks at the base, and at the order in its first layer.
+const LAYERS_INTERVAL: u64 = 5;
+const FIRST_LAYER_INTERVAL: u64 = 20;
 /// The first layer, a bin of the paper's at the wall.
 const FIRST_LAYER: [f64; 2] = [0.5, 0.6];
 /// Width of the bins of the radial distribution.
@@ -119,9 +122,9 @@ pub(crate) fn simulate(task: Task, interrupt: &Interrupt, progress: &Progress) -
             Simulation::builder(scene).moves(moves).seed(task.seed ^ (1 << 40)).start(start).build()?;
         let Layers { base, fine, first_layer } = Layers::new(&task, &slab)?;
         let mut observers = (
-            Every::new(task.interval, base),
-            Every::new(task.interval, fine),
-            Every::new(4 * task.interval, first_layer),
+            Every::new(LAYERS_INTERVAL, base),
+            Every::new(LAYERS_INTERVAL, fine),
+            Every::new(FIRST_LAYER_INTERVAL, first_layer),
         );
         in_chunks(task.layers, interrupt, &hidden, |sweeps| {
             progress.advance(sweeps * task.particles() as u64);

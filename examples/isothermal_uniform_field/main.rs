@@ -29,6 +29,7 @@ mod log_polynomial;
 mod protocol;
 mod report;
 mod state;
+mod steadiness;
 mod theory;
 
 use clap::Parser;

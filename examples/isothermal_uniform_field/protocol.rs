@@ -22,12 +22,24 @@ pub(crate) struct Arguments {
     /// (hours)
     #[arg(long)]
     pub(crate) paper: bool,
+
+    /// With --paper: another side of the base, 4 to 100 diameters; the time goes with its square
+    #[arg(long, default_value_t = 25.0, value_parser = width, requires = "paper")]
+    pub(crate) width: f64,
 }
 
 fn effort(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(effort) if (0.001..=1000.0).contains(&effort) => Ok(effort),
         Ok(_) => Err("take 0.001 to 1000".into()),
+        Err(error) => Err(format!("{error}")),
+    }
+}
+
+fn width(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(width) if (4.0..=100.0).contains(&width) => Ok(width),
+        Ok(_) => Err("take 4 to 100".into()),
         Err(error) => Err(format!("{error}")),
     }
 }
@@ -155,7 +167,7 @@ impl Protocol {
         };
         let base = Task {
             temperature: 0.0,
-            width: 25.0,
+            width: arguments.width,
             side: Side::Above,
             family: Family::Paper,
             equilibration: scaled(500_000.0),

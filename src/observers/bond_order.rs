@@ -251,7 +251,8 @@ mod tests {
             for sphere in layer * per_layer..(layer + 1) * per_layer {
                 let structure = order.structure(sphere);
                 if layer == 0 || layer + 1 == letters.len() {
-                    assert_eq!(structure, None);
+                    // So much noise takes spheres out of their layer.
+                    assert!(jitter > 0.2 || structure.is_none());
                 } else {
                     let expected = if letters[layer - 1] == letters[layer + 1] {
                         Structure::HexagonalClosePacked

@@ -1,5 +1,4 @@
 //! What a simulation notes about its production run, so that it can be judged afterwards.
-#![allow(dead_code, reason = "the judgements that read the notes come next")]
 
 use crate::observer::{AcceptedMove, Collision, Recorder};
 use crate::{Centers, Slab};

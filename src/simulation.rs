@@ -210,9 +210,8 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
     /// What speaks against the production run so far; nothing, if nothing was found. Some milliseconds, since the theory
     /// of the scene is solved.
     pub fn warnings(&self) -> Vec<Warning> {
-        let only_local_moves = self.engine.has_only_local_moves();
-        let Self { scene, drive, monitor, .. } = self;
-        Case { scene, drive, monitor, only_local_moves }.warnings()
+        let Self { scene, drive, monitor, engine, .. } = self;
+        Case { scene, drive, monitor, engine }.warnings()
     }
 
     /// What the production run so far has seen of the balance of forces; nothing in an isothermal scene, where it

@@ -92,7 +92,15 @@ impl Expectation {
             Warning::LidTooLow { .. } => true,
             _ => false,
         };
-        self.profile.warnings().into_iter().filter(concerns_simulation).collect()
+        let mut warnings = self.profile.warnings();
+        warnings.retain(concerns_simulation);
+        for warning in &mut warnings {
+            if let Warning::LidTooLow { lid, .. } = warning {
+                // Not where the bulk ends that stands for the layers below it.
+                *lid = slab.height();
+            }
+        }
+        warnings
     }
 }
 

@@ -77,31 +77,60 @@ mod tests {
     use super::*;
     use crate::statistics::test_series::autoregressive;
 
-    #[test]
-    fn calibration() {
-        for length in [128, 256, 512] {
-            for size in [2.0, 4.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0, 64.0, 96.0_f64] {
-                let time = length as f64 / (2.0 * size);
-                let memory = libm::exp(-1.0 / time);
-                let mut flags = [0; 4];
-                for seed in 0..1000 {
-                    let series = autoregressive(memory, length, seed);
-                    let warnings = Mixing::new(&series, Some(1.0)).warnings(1);
-                    for w in &warnings {
-                        let Warning::NotMixed { evidence, .. } = w else { panic!() };
-                        flags[match evidence {
-                            MixingEvidence::Drift { .. } => 0,
-                            MixingEvidence::FewIndependent { .. } => 1,
-                            _ => 2,
-                        }] += 1;
-                    }
-                    flags[3] += usize::from(!warnings.is_empty());
-                }
-                println!(
-                    "{length} {size}: drift {} few {} quiet {} any {}",
-                    flags[0], flags[1], flags[2], flags[3]
-                );
-            }
+    /// Parts of 1000 stationary series, with a memory such that they hold `size` independent numbers, of which there is
+    /// any warning, and one of a drift.
+    fn warned_of(length: usize, size: f64, required: f64) -> [f64; 2] {
+        const SERIES: u64 = 1000;
+        let memory = libm::exp(-2.0 * size / length as f64);
+        let mut warned = [0.0; 2];
+        for seed in 0..SERIES {
+            let warnings = Mixing::new(&autoregressive(memory, length, seed), Some(required)).warnings(1);
+            let is_drift = |warning: &Warning| {
+                matches!(warning, Warning::NotMixed { evidence: MixingEvidence::Drift { .. }, .. })
+            };
+            warned[0] += f64::from(u8::from(!warnings.is_empty())) / SERIES as f64;
+            warned[1] += f64::from(u8::from(warnings.iter().any(is_drift))) / SERIES as f64;
         }
+        warned
+    }
+
+    #[test]
+    fn few_independent_numbers_are_warned_of_and_many_are_not() {
+        for length in [64, 128] {
+            assert!(warned_of(length, 4.0, 1.0)[0] > 0.9);
+            assert!(warned_of(length, 8.0, 1.0)[0] > 0.7);
+            let [any, drift] = warned_of(length, 64.0, 1.0);
+            assert!(any < 0.02 && drift < 0.005, "{any} {drift}");
+            // Quieter than equilibrium by a factor of five: always, though the series looks like many numbers.
+            assert!(warned_of(length, 64.0, 5.0)[0] > 0.99);
+        }
+        // The shortest series that is judged.
+        assert!(warned_of(32, 16.0, 1.0)[1] < 0.01);
+    }
+
+    #[test]
+    fn a_series_that_moves_or_stands_still_is_warned_of() {
+        let ramp: Vec<f64> = autoregressive(0.0, 256, 1)
+            .iter()
+            .zip(0..)
+            .map(|(noise, i)| noise + 0.02 * f64::from(i))
+            .collect();
+        let warnings = Mixing::new(&ramp, Some(1.0)).warnings(7);
+        assert!(
+            matches!(warnings[0], Warning::NotMixed { sweeps: 7, evidence: MixingEvidence::Drift { drift } } if drift.mean > 2.0),
+            "{warnings:?}"
+        );
+        let still = Mixing::new(&[3.0; 256], Some(1.0)).warnings(7);
+        let evidence = |warning: &Warning| match warning {
+            Warning::NotMixed { evidence, .. } => Some(*evidence),
+            _ => None,
+        };
+        assert_eq!(
+            still.iter().filter_map(evidence).collect::<Vec<_>>(),
+            [
+                MixingEvidence::FewIndependent { effective_sample_size: 1.0 },
+                MixingEvidence::TooQuiet { variance: 0.0, required: 1.0 }
+            ]
+        );
     }
 }

@@ -7,6 +7,7 @@ mod expectation;
 mod freezing;
 mod hexagonal;
 mod mixing;
+mod narrow;
 
 use crate::drive::Drive;
 use crate::monitor::Monitor;
@@ -27,7 +28,7 @@ pub(crate) struct Case<'a, F, T, D> {
 
 impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Case<'_, F, T, D> {
     /// Fewest sweeps of production from which anything is concluded: half of them have sixteen numbers of the series.
-    const FEWEST_SWEEPS: u64 = 128;
+    const FEWEST_SWEEPS: u64 = 32 * Monitor::FIRST_INTERVAL;
 
     pub(crate) fn warnings(&self) -> Vec<Warning> {
         let Self { scene, drive, monitor, .. } = *self;
@@ -48,6 +49,7 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Case<'_, F, T, D> {
         };
         if let Some(theory) = &theory {
             warnings.extend(theory.of_the_scene(scene));
+            warnings.extend(narrow::warning(scene, theory.profile()));
         }
         if sweeps < Self::FEWEST_SWEEPS {
             warnings.push(Warning::TooShort { sweeps, needed: Self::FEWEST_SWEEPS });

@@ -11,7 +11,12 @@ const COLUMN: f64 = 0.99;
 ///
 /// Judged are the bins in which a centre can be, from the base up to where 1 % of the spheres seen is left.
 pub(super) fn of_bins(bins: &Bins, averages: &BlockAverages) -> Vec<Warning> {
-    let counts = &averages.mean()[..bins.count()];
+    let mut counts = averages.mean();
+    counts.truncate(bins.count());
+    if averages.observations() == 0 {
+        // Not yet numbers.
+        counts.fill(0.0);
+    }
     let total: f64 = counts.iter().sum();
     let mut below = 0.0;
     let top = counts.iter().position(|count| {

@@ -279,7 +279,7 @@ fn a_column_that_freezes_is_warned_of_and_so_is_a_box_that_does_not_fit() {
 #[test]
 fn a_scene_without_theory_is_warned_of() {
     // A temperature with 50 000 waves: more than the solver has panels for.
-    let comb = TemperatureFn(|height: f64| TEMPERATURE * (1.0 + 0.5 * (3000.0 * height).sin()));
+    let comb = TemperatureFn(|height: f64| TEMPERATURE * (1.0 + 0.5 * libm::sin(3000.0 * height)));
     let comb = scene(100.0, 6.0, UniformField::default(), comb);
     let moves = LocalMoves::new(0.3, comb.slab()).unwrap().into();
     let run = Run { scheme: Instantaneous::default(), start: Compact, moves, sweeps: [0, 10], seed: 1 };

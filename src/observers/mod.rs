@@ -24,6 +24,7 @@ mod center_of_mass;
 mod chain_pressure;
 mod density;
 mod displacement;
+mod doubts;
 mod equation_of_state;
 mod hexatic;
 mod layers;

@@ -13,7 +13,7 @@ use gradient_mc::observers::CenterOfMass;
 use gradient_mc::statistics::Estimate;
 
 /// The axes end above the start at 200, to leave room.
-const HIGHEST: f64 = 280.0;
+const HIGHEST: f64 = 300.0;
 /// Largest error bar of a plateau that still says something, by our moves and by the paper's.
 const LARGEST_ERROR: f64 = 0.02;
 const LARGEST_ERROR_OF_PAPER: f64 = 0.2;
@@ -321,7 +321,7 @@ fn slopes(states: &[State<'_>], report: &mut Report) {
 /// The paper's own moves come to the same plateau, and when.
 ///
 /// A run of one column holds few independent heights, too few for an error bar of its own: the plateau, over the last third of the
-/// sweeps, is compared in units of the standard deviation of h_c in equilibrium, T √(h_c′/N), which is exact. The mean of a third
+/// sweeps, is compared in units of the standard deviation of `h_c` in equilibrium, which the response gives exactly. The mean of a third
 /// scatters by about half of that.
 fn paper_moves(states: &[State<'_>], falling: &[&Column], report: &mut Report) {
     for column in falling {

@@ -144,7 +144,8 @@ fn logarithmic<'a>(states: impl Iterator<Item = &'a State<'a>>) -> Result<Panel,
 
 /// Densities over wider bins.
 fn grouped(state: &State<'_>, width: f64) -> Result<Vec<Point>, Failure> {
-    let edges: Vec<f64> = (0..).map(|bin| 0.5 + width * f64::from(bin)).take_while(|&x| x < HEIGHT).collect();
+    let edges: Vec<f64> =
+        (0..400).map(|bin| 0.5 + width * f64::from(bin)).take_while(|&x| x < HEIGHT).collect();
     let ranges = ranges_between(&edges);
     let means = state
         .profile

@@ -17,7 +17,7 @@ const DENSEST: f64 = 0.5;
 /// Where the packing fraction falls below this, counts are too few.
 const DILUTE: f64 = 0.02;
 /// Ranges of heights with equally many spheres.
-const GROUPS: usize = 12;
+const GROUPS: usize = 8;
 
 /// Deviation of P from n T Z in a range of heights.
 #[derive(Debug, Clone, Copy)]
@@ -174,7 +174,7 @@ fn deviation(measured: &[(&State<'_>, Vec<Group>)]) -> Panel {
     let mut panel = Panel::new(
         place,
         Axis::new("packing fraction η", 0.0, DENSEST).with_numbers(6),
-        Axis::new("P / P(CS) − 1  (%)", -1.0, 1.0).with_numbers(9),
+        Axis::new("P / P(CS) − 1  (%)", -1.5, 1.5).with_numbers(7),
     )
     .with_legend(Corner::TopLeft);
     for (state, groups) in measured.iter().filter(|(state, _)| DRAWN.contains(&state.temperature)) {

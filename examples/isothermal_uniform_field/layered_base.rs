@@ -4,6 +4,7 @@ use super::layers::{Layer, of_theory};
 use super::protocol::DRAWN;
 use super::report::{Report, color_of};
 use super::state::{State, difference};
+use super::theory::independent_base;
 use crate::common::Failure;
 use crate::common::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use gradient_mc::statistics::Estimate;
@@ -12,6 +13,8 @@ use gradient_mc::statistics::Estimate;
 const HIGHEST: f64 = 8.0;
 /// White Bear II at T₀ = 15: what it may be off in a bin of 0.1, as a fraction of n.
 const FUNCTIONAL: f64 = 0.04;
+/// The temperature of the independent simulation.
+const INDEPENDENT: f64 = 5.0;
 
 pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Failure> {
     let drawn: Vec<&State<'_>> = states.iter().filter(|state| DRAWN.contains(&state.temperature)).collect();
@@ -33,8 +36,7 @@ pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Fa
          functional, and the contact density n(0.5⁺), extrapolated, over the weight of the column divided by T₀.",
     )?;
     write_tables(states, report)?;
-    claims(states, report);
-    Ok(())
+    claims(states, report)
 }
 
 fn place(column: usize, below: bool) -> Place {
@@ -109,7 +111,7 @@ fn contact(states: &[State<'_>], column: usize) -> Panel {
     Panel::new(
         place(column, true),
         Axis::new("T₀ / mgd", 0.0, 35.0).with_numbers(8),
-        Axis::new("n(0.5⁺) T₀ / weight", 0.97, 1.03).with_numbers(5),
+        Axis::new("n(0.5⁺) T₀ / weight", 0.95, 1.05).with_numbers(5),
     )
     .with_legend(Corner::BottomRight)
     .line("contact theorem", colors::INK, Mark::Line, [(0.0, 1.0), (35.0, 1.0)])
@@ -181,7 +183,7 @@ fn write_tables(states: &[State<'_>], report: &Report) -> Result<(), Failure> {
     )
 }
 
-fn claims(states: &[State<'_>], report: &mut Report) {
+fn claims(states: &[State<'_>], report: &mut Report) -> Result<(), Failure> {
     for state in states {
         let (temperature, exact) = (state.temperature, state.contact_density());
         report.verdicts.agrees(
@@ -196,10 +198,32 @@ fn claims(states: &[State<'_>], report: &mut Report) {
             println!("T = {temperature:2}, layer {}: n = {height} at x = {position}", number + 2);
         }
         two_routes(state, report);
+        if temperature == INDEPENDENT {
+            independently(state, report)?;
+        }
         if !state.theory.white_bear_base.is_empty() {
             against_functional(state, report);
         }
     }
+    Ok(())
+}
+
+/// The base at T₀ = 5 by a program that has nothing in common with this library.
+fn independently(state: &State<'_>, report: &mut Report) -> Result<(), Failure> {
+    let differences = state.base.bins.iter().zip(independent_base()?).map(|((_, density), other)| {
+        let difference = difference(*density, other);
+        (difference.mean / difference.standard_error).abs()
+    });
+    report.verdicts.at_most(
+        "base",
+        &format!(
+            "largest difference between n(x) in bins of 0.1 and an independent program's, in errors, T = {}",
+            state.temperature
+        ),
+        Estimate::new(differences.fold(0.0, f64::max), 0.0),
+        4.5,
+    );
+    Ok(())
 }
 
 /// The base by two families of moves.

@@ -190,7 +190,11 @@ impl Protocol {
                 }
                 if DRAWN.contains(&temperature) {
                     // The paper's moves take the longest where the column is highest.
-                    let sweeps = if temperature < 20.0 { 300_000.0 } else { 500_000.0 };
+                    let sweeps = match temperature {
+                        5.0 => 200_000.0,
+                        15.0 => 250_000.0,
+                        _ => 400_000.0,
+                    };
                     falling.push(Task {
                         temperature,
                         width: 4.0,
@@ -205,9 +209,9 @@ impl Protocol {
         let widest = steady.iter().map(|task| task.width).fold(0.0, f64::max);
         for task in steady.iter_mut().filter(|task| task.width == widest) {
             task.layers = scaled(match task.temperature {
-                5.0 => 10_000.0,
-                15.0 => 8000.0,
-                _ => 4000.0,
+                15.0 => 12_000.0,
+                20.0 => 8000.0,
+                _ => 10_000.0,
             });
             if task.side == Side::Above && [5.0, 20.0].contains(&task.temperature) {
                 task.mobility = scaled(3000.0);
@@ -223,7 +227,7 @@ impl Protocol {
     /// A column by our moves: chains where the base is dense, so long that both plateaus are known.
     fn column(temperature: f64, base: Task, scaled: &impl Fn(f64) -> u64) -> Task {
         let (family, equilibration, production) = match temperature {
-            5.0 => (Family::Chains, 2000.0, 2500.0),
+            5.0 => (Family::Chains, 2000.0, 5000.0),
             15.0 => (Family::Tuned, 3000.0, 8000.0),
             20.0 => (Family::Tuned, 2000.0, 7000.0),
             _ => (Family::Tuned, 1000.0, 9000.0),

@@ -16,7 +16,7 @@ pub(crate) struct State<'a> {
     pub(crate) theory: Theory,
     /// Over all columns, with the number of spheres times sweeps as weights.
     pub(crate) center_of_mass: Estimate,
-    /// N Var(h_c)/T², which is dh_c/dT exactly.
+    /// N/T² times the variance of `h_c`, which is its derivative by T exactly.
     pub(crate) response: Estimate,
     /// Of the widest columns.
     pub(crate) profile: EquationOfStateProfile,

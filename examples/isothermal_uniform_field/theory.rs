@@ -4,6 +4,7 @@ use super::protocol::{COLUMN_DENSITY, HEIGHT};
 use crate::common::Failure;
 use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa};
 use gradient_mc::field::UniformField;
+use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{EquationOfState, HydrostaticProfile, Hydrostatics, Slab};
 
@@ -18,6 +19,9 @@ const WHITE_BEAR_BASE: [(f64, &str); 2] = [
     (15.0, include_str!("../../tests/reference/fmt_WBII_T15_bins_extrapolated.csv")),
 ];
 
+/// n(x) at the base at T₀ = 5 by a Monte Carlo program that has nothing in common with this library, in bins of 0.1 with errors.
+const INDEPENDENT_BASE: &str = include_str!("../../tests/reference/layers_T5_monte_carlo.csv");
+
 /// Theory of one temperature.
 #[derive(Debug, Clone)]
 pub(crate) struct Theory {
@@ -27,7 +31,7 @@ pub(crate) struct Theory {
     pub(crate) carnahan_starling: HydrostaticProfile,
     /// The paper's eq. (27), which knows no wall: from x = 0 on.
     pub(crate) paper: HydrostaticProfile,
-    /// dh_c/dT of the first.
+    /// Derivative of its centre of mass by temperature.
     pub(crate) slope: f64,
     /// Centre of mass by White Bear II.
     pub(crate) white_bear: f64,
@@ -96,7 +100,20 @@ pub(crate) fn accuracy() -> Result<f64, Failure> {
     Ok(largest)
 }
 
+/// The independent simulation of the base at T₀ = 5.
+pub(crate) fn independent_base() -> Result<Vec<Estimate>, Failure> {
+    Ok(read(INDEPENDENT_BASE)?
+        .into_iter()
+        .map(|[_, _, density, error]| Estimate::new(density, error))
+        .collect())
+}
+
 fn read_base(text: &str) -> Result<Vec<(f64, f64)>, Failure> {
+    Ok(read(text)?.into_iter().map(|[low, high, density, _]| (f64::midpoint(low, high), density)).collect())
+}
+
+/// The first four columns of a reference.
+fn read(text: &str) -> Result<Vec<[f64; 4]>, Failure> {
     let mut reader = csv::Reader::from_reader(text.as_bytes());
     let mut bins = Vec::new();
     for record in reader.records() {
@@ -104,7 +121,7 @@ fn read_base(text: &str) -> Result<Vec<(f64, f64)>, Failure> {
         let number = |column: usize| -> Result<f64, Failure> {
             Ok(record.get(column).ok_or("the reference has a short line")?.parse()?)
         };
-        bins.push((f64::midpoint(number(0)?, number(1)?), number(2)?));
+        bins.push([number(0)?, number(1)?, number(2)?, number(3)?]);
     }
     Ok(bins)
 }

@@ -19,7 +19,7 @@ const INDEPENDENT: f64 = 5.0;
 pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Failure> {
     let drawn: Vec<&State<'_>> = states.iter().filter(|state| DRAWN.contains(&state.temperature)).collect();
     let mut figure =
-        Figure::new("Layers at the base, against the White Bear II functional").with_size(1800, 900);
+        Figure::new("Layers at the base, against the White Bear II functional").with_size(1600, 800);
     for (column, state) in drawn.iter().enumerate() {
         figure = figure.panel(profile(state, column));
         figure = if state.theory.white_bear_base.is_empty() {

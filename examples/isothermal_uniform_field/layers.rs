@@ -53,9 +53,11 @@ impl Base {
         let clear_layers = coarse.layers(ClearLayer::CLEAR)?.len();
         let layers = WINDOWS.iter().take(clear_layers.saturating_sub(1));
         let highest: Vec<usize> = layers.filter_map(|window| highest(&bins, *window)).collect();
+        // Peaks are broad where there are few.
+        let reach = if clear_layers > 2 { 0.3 } else { 0.45 };
         // Places in the narrow bins, and in the wide ones.
         let peaks = fine.jackknife(|densities| {
-            let peaks = highest.iter().flat_map(|&bin| peak(densities, bins[bin].0));
+            let peaks = highest.iter().flat_map(|&bin| peak(densities, bins[bin].0, reach));
             std::iter::once(contact_density(densities)).chain(peaks).collect::<Vec<f64>>()
         })?;
         let vertices = coarse
@@ -124,10 +126,9 @@ fn contact_density(fine: &[f64]) -> f64 {
     fit(fine, [LOWEST, high], 4).map_or(f64::NAN, |polynomial| polynomial.density(LOWEST))
 }
 
-/// Place and height of the maximum near a height.
-fn peak(fine: &[f64], height: f64) -> [f64; 2] {
-    const REACH: f64 = 0.3;
-    let polynomial = fit(fine, [height - REACH, height + REACH], 4);
+/// Place and height of the maximum within reach of a height.
+fn peak(fine: &[f64], height: f64, reach: f64) -> [f64; 2] {
+    let polynomial = fit(fine, [height - reach, height + reach], 4);
     let found = polynomial.and_then(|polynomial| {
         let position = polynomial.maximum()?;
         Some([position, polynomial.density(position)])

@@ -50,6 +50,7 @@ pub mod equation_of_state;
 mod error;
 pub mod field;
 pub mod hydrostatics;
+pub mod model;
 pub mod moves;
 mod numerics;
 mod observer;

@@ -1,0 +1,218 @@
+//! What a model will be off by, and what it will cost, before it is run.
+//!
+//! All constants are fitted to runs of columns ([`constants`](super::constants)); how is said in `docs/models.md`.
+
+use super::constants::{
+    ALLOWANCE, BOX, BULK, IDEAL_COST, INEFFICIENCY, LAYERS, LAYERS_SCATTER, RELAXATION, START_COST,
+    SWEEP_COST, THEORY_COST,
+};
+use super::ideal_column::IdealColumn;
+use super::misplaced::{densities, misplaced_fraction};
+use super::plan::{MonteCarloPlan, MoveFamily};
+use super::planned_drive::constant_temperature;
+use crate::equation_of_state::{FluidSolid, ModifiedKolafa};
+use crate::hydrostatics::DomainExit;
+use crate::{Error, Field, HydrostaticProfile, Hydrostatics, Scene, TemperatureProfile};
+
+/// Spheres per area of a wall that the theory between walls puts into the wrong bin, as a function of the packing fraction at the wall.
+///
+/// To leading order it is 0.42 η², from the density of a dilute gas at a wall (n(z)/n − 1 = 2η(1 − z)²(2 + z)); the rest is fitted to columns. It
+/// is |B(η)| with what the fit misses added in quadrature, since B changes its sign near η = 0.08.
+pub(super) fn layering(packing_fraction: f64) -> f64 {
+    let eta = packing_fraction;
+    let polynomial = LAYERS.iter().rev().fold(0.0, |sum, coefficient| sum * eta + coefficient);
+    eta * eta * polynomial.hypot(LAYERS_SCATTER)
+}
+
+/// Misplaced fraction of an average over `samples` independent spheres: ½ Σ |δp| with binomial δp, ½ √(2/π) Σ √(p(1 − p)/samples).
+pub(super) fn counting_noise(spread: f64, samples: f64) -> f64 {
+    0.5 * std::f64::consts::FRAC_2_PI.sqrt() * spread / samples.sqrt()
+}
+
+/// What is known of a scene without a simulation.
+#[derive(Debug, Clone)]
+pub(super) struct Outlook {
+    pub(super) ideal: IdealColumn,
+    pub(super) theory: HydrostaticProfile,
+    /// Where the column freezes; then the theory is that of fluid and solid.
+    pub(super) freezing: Option<DomainExit>,
+    pub(super) column_density: f64,
+    pub(super) height: f64,
+    pub(super) isothermal: bool,
+    /// Misplaced fraction of the ideal gas if the theory were true.
+    pub(super) excluded_volume: f64,
+    /// Packing fractions at base and lid.
+    pub(super) walls: [f64; 2],
+    /// Σ √(p(1 − p)) over the bins.
+    pub(super) spread: f64,
+    /// Largest |d ln n/dx| where the column is, and its height.
+    pub(super) steepest: (f64, f64),
+}
+
+impl Outlook {
+    pub(super) fn new<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>) -> Result<Self, Error> {
+        let slab = scene.slab();
+        let column_density = scene.column_density();
+        let ideal = IdealColumn::new(scene)?;
+        let fluid = Hydrostatics::new(scene.field(), scene.temperature(), ModifiedKolafa)
+            .between_walls(slab, column_density);
+        let (theory, freezing) = match fluid {
+            Ok(profile) if profile.domain_exit().is_none() => (profile, None),
+            // No fluid carries the weight, or one that would freeze.
+            fluid => {
+                let exit = fluid.ok().and_then(|profile| profile.domain_exit());
+                let both = Hydrostatics::new(scene.field(), scene.temperature(), FluidSolid::default())
+                    .between_walls(slab, column_density)?;
+                let exit = exit.or_else(|| frozen_part(&both));
+                (both, exit)
+            }
+        };
+        let ideal_densities = densities(slab, |height| ideal.column_below(height));
+        let theory_densities = densities(slab, |height| theory.column_below(height));
+        let spread = theory_densities
+            .iter()
+            .map(|density| {
+                let part = density / column_density;
+                (part * (1.0 - part)).max(0.0).sqrt()
+            })
+            .sum();
+        Ok(Self {
+            excluded_volume: misplaced_fraction(&ideal_densities, &theory_densities),
+            walls: [theory.base_packing_fraction(), theory.packing_fraction(theory.top())],
+            steepest: steepest(&theory),
+            ideal,
+            theory,
+            freezing,
+            column_density,
+            height: slab.height(),
+            isothermal: constant_temperature(scene).is_some(),
+            spread,
+        })
+    }
+
+    /// Misplaced fraction by the layers at base and lid.
+    pub(super) fn layers(&self) -> [f64; 2] {
+        self.walls.map(|eta| layering(eta) / self.column_density)
+    }
+
+    /// Misplaced fraction of the theory.
+    pub(super) fn theory_error(&self) -> f64 {
+        let [base, lid] = self.layers();
+        (base + lid).hypot(self.bulk())
+    }
+
+    /// Misplaced fraction by equation of state and gradients; a gas without excluded volume has none.
+    pub(super) fn bulk(&self) -> f64 {
+        BULK * self.excluded_volume
+    }
+
+    /// Misplaced fraction of the ideal gas.
+    pub(super) fn ideal_error(&self) -> f64 {
+        self.excluded_volume.hypot(self.theory_error())
+    }
+
+    /// What an error that is expected may become.
+    pub(super) fn allowance() -> f64 {
+        ALLOWANCE
+    }
+
+    pub(super) fn ideal_cost(&self) -> f64 {
+        power_law(IDEAL_COST, self.height)
+    }
+
+    pub(super) fn theory_cost(&self) -> f64 {
+        power_law(THEORY_COST, self.height)
+    }
+
+    /// Misplaced fraction that a base with `particles` spheres adds: of the pairs that make excluded volume, 1/N are missing.
+    pub(super) fn finite_base(&self, particles: usize) -> f64 {
+        BOX * self.excluded_volume / particles as f64
+    }
+
+    /// Fewest spheres whose base adds no more than `error`.
+    pub(super) fn particles_for(&self, error: f64) -> f64 {
+        BOX * self.excluded_volume / error
+    }
+
+    /// Variance of a run in units of that of as many independent spheres.
+    fn inefficiency(&self, family: MoveFamily) -> f64 {
+        let [at_zero, slope, varying] = INEFFICIENCY[index(family)];
+        let varying = if self.isothermal { 0.0 } else { varying };
+        libm::exp(at_zero + slope * self.densest() + varying)
+    }
+
+    fn densest(&self) -> f64 {
+        crate::equation_of_state::packing_fraction(self.theory.density_maximum().1)
+    }
+
+    /// Statistical misplaced fraction of a run, from the theory start.
+    pub(super) fn noise(&self, particles: usize, family: MoveFamily, sweeps: f64) -> f64 {
+        let counted = (1.0 - MonteCarloPlan::EQUILIBRATION) * sweeps * particles as f64;
+        let relaxation = 1.0 + RELAXATION[index(family)] / sweeps;
+        counting_noise(self.spread, counted / (self.inefficiency(family) * relaxation))
+    }
+
+    /// Sweeps for a statistical misplaced fraction.
+    pub(super) fn sweeps_for(&self, particles: usize, family: MoveFamily, error: f64) -> f64 {
+        // noise² = k (1 + r/sweeps)/sweeps
+        let unit = self.noise(particles, family, 1.0) / error;
+        let relaxation = RELAXATION[index(family)];
+        let k = unit * unit / (1.0 + relaxation);
+        0.5 * (k + (k * (k + 4.0 * relaxation)).sqrt())
+    }
+
+    /// CPU seconds of a run.
+    pub(super) fn plan_cost(&self, particles: usize, family: MoveFamily, sweeps: f64) -> f64 {
+        let [dilute, slope] = SWEEP_COST[index(family)];
+        let start = START_COST[usize::from(!self.isothermal)] * self.theory_cost();
+        start + particles as f64 * sweeps * (dilute + slope * self.densest())
+    }
+}
+
+/// Position of a family in the constants.
+fn index(family: MoveFamily) -> usize {
+    match family {
+        MoveFamily::TunedLocal => 0,
+        MoveFamily::Chains => 1,
+    }
+}
+
+fn power_law([factor, power]: [f64; 2], value: f64) -> f64 {
+    factor * libm::pow(value, power)
+}
+
+/// The part of a profile of fluid and solid that is denser than the fluid can be.
+fn frozen_part(profile: &HydrostaticProfile) -> Option<DomainExit> {
+    use crate::equation_of_state::{DomainSide, FREEZING, packing_fraction};
+    const SAMPLES: u32 = 4096;
+    let extent = profile.top() - profile.base();
+    let heights =
+        (0..=SAMPLES).map(|sample| profile.base() + extent * f64::from(sample) / f64::from(SAMPLES));
+    let mut dense = heights.filter(|&height| profile.packing_fraction(height) > FREEZING + 1e-3);
+    let lowest_height = dense.next()?;
+    let highest_height = dense.next_back().unwrap_or(lowest_height);
+    let packing_fraction = packing_fraction(profile.density_maximum().1);
+    Some(DomainExit {
+        lowest_height,
+        highest_height,
+        packing_fraction,
+        limit: FREEZING,
+        side: DomainSide::Above,
+    })
+}
+
+/// Largest |d ln n/dx| among the quantiles of a column, and its height.
+fn steepest(profile: &HydrostaticProfile) -> (f64, f64) {
+    const QUANTILES: u32 = 64;
+    const STEP: f64 = 0.01;
+    let mut steepest = (0.0, profile.base());
+    for quantile in 0..QUANTILES {
+        let height = profile.height_of_fraction((f64::from(quantile) + 0.5) / f64::from(QUANTILES));
+        let (low, high) = ((height - STEP).max(profile.base()), (height + STEP).min(profile.top()));
+        let change = libm::log(profile.number_density(high) / profile.number_density(low)) / (high - low);
+        if change.is_finite() && change.abs() > steepest.0 {
+            steepest = (change.abs(), height);
+        }
+    }
+    steepest
+}

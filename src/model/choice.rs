@@ -89,8 +89,8 @@ impl ModelChoice {
     const SMALLEST_SIDE: f64 = 5.0;
     /// Fewest spheres of a plan.
     const FEWEST_PARTICLES: f64 = 40.0;
-    /// Fewest sweeps of a plan.
-    const FEWEST_SWEEPS: f64 = 16.0;
+    /// Fewest sweeps of a plan, and of one whose column freezes.
+    const FEWEST_SWEEPS: [f64; 2] = [16.0, 1e5];
     /// More sweeps than this are only written down.
     const MOST_SWEEPS: f64 = 1e12;
 
@@ -196,11 +196,12 @@ fn best_plan<F: Field, T: TemperatureProfile>(
     let particles = particles as usize;
     let base = outlook.finite_base(particles);
     let noise_target = (target * target - base * base).sqrt();
+    let fewest = ModelChoice::FEWEST_SWEEPS[usize::from(outlook.freezing.is_some())];
     let mut best: Option<Assessment> = None;
     for family in MoveFamily::ALL {
         let sweeps = outlook
             .sweeps_for(particles, family, noise_target)
-            .clamp(ModelChoice::FEWEST_SWEEPS, ModelChoice::MOST_SWEEPS)
+            .clamp(fewest, ModelChoice::MOST_SWEEPS)
             .ceil();
         let noise = outlook.noise(particles, family, sweeps);
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]

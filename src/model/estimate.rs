@@ -3,7 +3,7 @@
 //! All constants are fitted to runs of columns ([`constants`](super::constants)); how is said in `docs/models.md`.
 
 use super::constants::{
-    ALLOWANCE, BOX, BULK, IDEAL_COST, INEFFICIENCY, LAYERS, LAYERS_SCATTER, RELAXATION, START_COST,
+    ALLOWANCE, BULK, FINITE_BASE, IDEAL_COST, INEFFICIENCY, LAYERS, LAYERS_SCATTER, RELAXATION, START_COST,
     SWEEP_COST, THEORY_COST,
 };
 use super::ideal_column::IdealColumn;
@@ -126,19 +126,20 @@ impl Outlook {
 
     /// Misplaced fraction that a base with `particles` spheres adds: of the pairs that make excluded volume, 1/N are missing.
     pub(super) fn finite_base(&self, particles: usize) -> f64 {
-        BOX * self.excluded_volume / particles as f64
+        FINITE_BASE * self.excluded_volume / particles as f64
     }
 
     /// Fewest spheres whose base adds no more than `error`.
     pub(super) fn particles_for(&self, error: f64) -> f64 {
-        BOX * self.excluded_volume / error
+        FINITE_BASE * self.excluded_volume / error
     }
 
     /// Variance of a run in units of that of as many independent spheres.
     fn inefficiency(&self, family: MoveFamily) -> f64 {
-        let [at_zero, slope, varying] = INEFFICIENCY[index(family)];
+        let [constant, with_packing, with_extent, varying] = INEFFICIENCY[index(family)];
+        let extent = self.theory.center_of_mass() - self.theory.base();
         let varying = if self.isothermal { 0.0 } else { varying };
-        libm::exp(at_zero + slope * self.densest() + varying)
+        libm::exp(constant + with_packing * self.densest() + with_extent * libm::log(extent) + varying)
     }
 
     fn densest(&self) -> f64 {

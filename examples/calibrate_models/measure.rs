@@ -1,0 +1,201 @@
+//! The measurements that calibrate: columns against theory, plans against columns, small bases against wide ones.
+
+use crate::common::Failure;
+use crate::common::progress::Progress;
+use crate::common::replicas;
+use crate::cpu_seconds;
+use crate::data::{Base, ColumnRow, Plan};
+use crate::reference::{Effort, Reference};
+use crate::scenes::{Column, Parameters};
+use gradient_mc::equation_of_state::{ModifiedKolafa, packing_fraction};
+use gradient_mc::model::{IdealColumn, MonteCarloPlan, MoveFamily, densities, misplaced_fraction};
+use gradient_mc::{Error, HydrostaticProfile, Hydrostatics};
+
+/// Heights up to which a wall layers the fluid.
+const LAYERED: usize = 8;
+/// Plans are tried with these numbers of sweeps, by as many replicas.
+const LADDER: [u64; 3] = [32, 128, 512];
+const REPLICAS: u64 = 8;
+/// Side of the base of those plans, and their fewest spheres.
+const SIDE: f64 = 5.0;
+const FEWEST: usize = 40;
+/// Columns whose base is varied, by their place among the calibration scenes, and the sides.
+const COLUMNS_OF_BASES: [usize; 4] = [4, 5, 6, 7];
+const SIDES: [f64; 3] = [3.0, 4.0, 5.0];
+/// How well a column is to be known, with the CPU seconds that may go into it.
+const NOISE: f64 = 1e-3;
+const MOST_SECONDS: f64 = 4.0;
+const SWEEPS: u64 = 2000;
+/// Seeds of one scene are apart from those of the next by this.
+const SEEDS: u64 = 10_000;
+/// A time is the median of this many.
+const TURNS: usize = 5;
+
+/// What one scene gives.
+type Measured = (ColumnRow, Vec<Plan>, Vec<Base>);
+
+/// All of them, on `threads` threads (0: all cores); times are those of a thread.
+pub(crate) fn all(seed: u64, threads: usize) -> Result<Vec<Measured>, Failure> {
+    let scenes: Vec<(usize, Parameters)> = Parameters::calibration().into_iter().enumerate().collect();
+    let progress = Progress::new(scenes.len() as u64, "calibration scenes");
+    let measured = replicas::in_parallel(threads, scenes, |(index, parameters)| {
+        let measured = one(seed + SEEDS * index as u64, index, parameters);
+        progress.advance(1);
+        measured
+    });
+    progress.finish();
+    measured
+}
+
+fn one(first_seed: u64, index: usize, parameters: Parameters) -> Result<Measured, Failure> {
+    let (particles, side) = Parameters::WIDE;
+    let scene = parameters.scene(particles, side)?;
+    let effort = Effort { sweeps: SWEEPS, noise: NOISE, most_seconds: MOST_SECONDS, seed: first_seed };
+    let truth = Reference::measure(&scene, effort)?;
+    let theory = theory(&scene)?;
+    let row = column(parameters, &scene, &theory, &truth)?;
+    let plans = try_plans(index, &scene, &theory, &truth, first_seed + SEEDS / 2)?;
+    let sides = if COLUMNS_OF_BASES.contains(&index) { &SIDES[..] } else { &[] };
+    let bases = sides
+        .iter()
+        .map(|&side| base(index, parameters, side, &truth, first_seed + SEEDS / 4))
+        .collect::<Result<_, _>>()?;
+    Ok((row, plans, bases))
+}
+
+fn theory(scene: &Column) -> Result<HydrostaticProfile, Error> {
+    Hydrostatics::new(scene.field(), scene.temperature(), ModifiedKolafa)
+        .between_walls(scene.slab(), scene.column_density())
+}
+
+/// The median CPU time of some work.
+fn median_seconds<Output>(mut work: impl FnMut() -> Result<Output, Error>) -> Result<f64, Error> {
+    let mut times = Vec::with_capacity(TURNS);
+    for _ in 0..TURNS {
+        let started = cpu_seconds();
+        work()?;
+        times.push(cpu_seconds() - started);
+    }
+    times.sort_by(f64::total_cmp);
+    Ok(times[TURNS / 2])
+}
+
+/// What ideal gas and theory make of a column.
+fn column(
+    parameters: Parameters,
+    scene: &Column,
+    profile: &HydrostaticProfile,
+    truth: &Reference,
+) -> Result<ColumnRow, Failure> {
+    let column_density = scene.column_density();
+    let gas = IdealColumn::new(scene)?;
+    let ideal = densities(scene.slab(), |height| gas.column_below(height));
+    let model = densities(scene.slab(), |height| profile.column_below(height));
+    let differences: Vec<f64> =
+        model.iter().zip(&truth.densities).map(|(model, truth)| model - truth).collect();
+    let layered = LAYERED.min(differences.len());
+    let (near, far) = differences.split_at(layered);
+    let (near_errors, far_errors) = truth.errors.split_at(layered);
+    // |difference| without what noise alone would make of it.
+    let misplaced: f64 = near
+        .iter()
+        .zip(near_errors)
+        .map(|(difference, error)| (difference * difference - error * error).max(0.0).sqrt())
+        .sum();
+    let plan = MonteCarloPlan::new(scene, scene.particles().min(1000), MoveFamily::TunedLocal, 2)?;
+    Ok(ColumnRow {
+        temperature: parameters.temperature,
+        field_rate: parameters.field_rate,
+        decay_rate: parameters.decay_rate,
+        column_density,
+        height: scene.slab().height(),
+        packing_fraction: profile.base_packing_fraction(),
+        excluded_volume: misplaced_fraction(&ideal, &model),
+        ideal_error: misplaced_fraction(&ideal, &truth.densities),
+        theory_error: misplaced_fraction(&model, &truth.densities),
+        noise: truth.noise(),
+        layers: 0.5 * misplaced * near[0].signum(),
+        layers_error: 0.5 * near_errors.iter().map(|error| error * error).sum::<f64>().sqrt(),
+        bulk: 0.5 * far.iter().map(|difference| difference.abs()).sum::<f64>() / column_density,
+        bulk_noise: 0.5 * std::f64::consts::FRAC_2_PI.sqrt() * far_errors.iter().sum::<f64>()
+            / column_density,
+        ideal_seconds: median_seconds(|| IdealColumn::new(scene))?,
+        theory_seconds: median_seconds(|| theory(scene))?,
+        start_seconds: median_seconds(|| plan.simulation(scene, 1).map(|_| ()))?,
+        reference_seconds: truth.cpu_seconds,
+    })
+}
+
+/// Plans of either family, shorter and longer.
+fn try_plans(
+    column: usize,
+    scene: &Column,
+    theory: &HydrostaticProfile,
+    truth: &Reference,
+    first_seed: u64,
+) -> Result<Vec<Plan>, Failure> {
+    let column_density = scene.column_density();
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let particles = ((column_density * SIDE * SIDE).ceil() as usize).max(FEWEST);
+    let spread = densities(scene.slab(), |height| theory.column_below(height))
+        .iter()
+        .map(|density| density / column_density)
+        .map(|part| (part * (1.0 - part)).max(0.0).sqrt())
+        .sum();
+    let mut rows = Vec::new();
+    for (kind, family) in MoveFamily::ALL.into_iter().enumerate() {
+        for sweeps in LADDER {
+            let plan = MonteCarloPlan::new(scene, particles, family, sweeps)?;
+            let started = cpu_seconds();
+            let mut squares = 0.0;
+            for replica in 0..REPLICAS {
+                let error =
+                    misplaced_fraction(&plan.densities(scene, first_seed + replica)?, &truth.densities);
+                squares += error * error;
+            }
+            rows.push(Plan {
+                column: column as f64,
+                family: kind as f64,
+                particles: particles as f64,
+                sweeps: sweeps as f64,
+                error: (squares / REPLICAS as f64).sqrt(),
+                noise: truth.noise(),
+                spread,
+                densest: packing_fraction(theory.density_maximum().1),
+                extent: theory.center_of_mass() - theory.base(),
+                seconds: (cpu_seconds() - started) / REPLICAS as f64,
+            });
+        }
+    }
+    Ok(rows)
+}
+
+/// A base of the given side against the wide one.
+fn base(
+    column: usize,
+    parameters: Parameters,
+    side: f64,
+    truth: &Reference,
+    first_seed: u64,
+) -> Result<Base, Failure> {
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let particles = (parameters.column_density * side * side).ceil() as usize;
+    let scene = parameters.scene(particles, 0.0)?;
+    // As many spheres in as many sweeps as the wide base had, so that the noise is alike.
+    let ratio = (truth.particles / particles).max(1) as u64;
+    let effort =
+        Effort { sweeps: SWEEPS * ratio, noise: NOISE, most_seconds: MOST_SECONDS, seed: first_seed };
+    let small = Reference::measure(&scene, effort)?;
+    let gas = IdealColumn::new(&scene)?;
+    let ideal = densities(scene.slab(), |height| gas.column_below(height));
+    let profile = theory(&scene)?;
+    let model = densities(scene.slab(), |height| profile.column_below(height));
+    Ok(Base {
+        column: column as f64,
+        side: scene.slab().widths()[0],
+        particles: particles as f64,
+        error: misplaced_fraction(&small.densities, &truth.densities),
+        noise: small.noise().hypot(truth.noise()),
+        excluded_volume: misplaced_fraction(&ideal, &model),
+    })
+}

@@ -103,7 +103,7 @@ fn draw_panel<DB: DrawingBackend>(panel: &Panel, area: &Area<DB>, pen: Pen) -> R
         .map_err(explain)?;
 
     let plane = chart.plotting_area();
-    draw_axis_labels(panel, area, plane.get_pixel_range(), pen, letters)?;
+    draw_axis_labels(panel, area, &plane.get_pixel_range(), pen, letters)?;
     draw_cells(panel, plane)?;
     for series in &panel.series {
         draw_series(series, panel, plane, pen)?;
@@ -149,7 +149,7 @@ fn draw_cells<DB: DrawingBackend>(panel: &Panel, plane: &Plane<DB>) -> Result<()
 fn draw_axis_labels<DB: DrawingBackend>(
     panel: &Panel,
     area: &Area<DB>,
-    frame: (Range<i32>, Range<i32>),
+    frame: &(Range<i32>, Range<i32>),
     pen: Pen,
     letters: f64,
 ) -> Result<(), Failure> {

@@ -172,7 +172,7 @@ impl Panel {
     }
 
     /// Makes the panel one that stands inside another, on white and with smaller letters; add it to the figure after that one.
-    pub(crate) fn as_inset(mut self) -> Self {
+    pub(crate) fn inset(mut self) -> Self {
         self.inset = true;
         self
     }

@@ -238,7 +238,7 @@ fn forty_unseen_scenes() {
 #[test]
 fn a_column_that_freezes_is_not_promised_anything() {
     let (mut frozen, mut refused) = (0, 0);
-    for HeldOut { parameters, tolerance } in HeldOut::draw(200) {
+    for HeldOut { parameters, tolerance } in HeldOut::draw(500) {
         if !parameters.freezes().unwrap() {
             continue;
         }
@@ -258,7 +258,7 @@ fn a_column_that_freezes_is_not_promised_anything() {
         }
     }
     println!("{frozen} columns that freeze, {refused} beyond the solver");
-    assert!(frozen >= 8 && refused <= frozen / 4);
+    assert!(frozen >= 8 && refused <= frozen / 4, "{frozen} {refused}");
 }
 
 #[test]

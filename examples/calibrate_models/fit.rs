@@ -11,6 +11,8 @@ const EQUILIBRATION: f64 = 0.25;
 const RESOLVED: f64 = 3.0;
 /// Bases narrower than this are not recommended, and not fitted to.
 const NARROWEST: f64 = 4.0;
+/// Extents of columns that have a bulk above the layers.
+const TALL: f64 = 8.0;
 /// Plans of which the time to set them up is a small part.
 const LONG: f64 = 500.0;
 /// Most sweeps that the theory start may take to be forgotten.
@@ -42,7 +44,7 @@ pub(crate) struct Quality {
 /// The fit.
 pub(crate) fn fit(columns: &[ColumnRow], plans: &[Plan], bases: &[Base]) -> (Constants, Quality) {
     let (layers, layers_scatter) = fit_layers(columns);
-    let bulk = fit_bulk(columns);
+    let bulk = fit_bulk(columns, plans);
     let formulas = scatter_of_formulas(columns, layers, layers_scatter, bulk);
     let fits = [0.0, 1.0].map(|family| fit_inefficiency(columns, plans, family));
     let start_cost = [false, true].map(|varies| {
@@ -89,15 +91,23 @@ fn fit_layers(columns: &[ColumnRow]) -> ([f64; 4], f64) {
         squares += weight * ((value - fitted) * (value - fitted) - error * error);
         weights += weight;
     }
-    (polynomial, (squares / weights).max(0.0).sqrt())
+    // One standard error more, since the mean square in excess of the errors may come out as nothing.
+    let error = (2.0 * rows.len() as f64).sqrt() / weights;
+    (polynomial, ((squares / weights).max(0.0) + error).sqrt())
 }
 
 /// Misplaced fraction above the layers in units of that of the ideal gas: the mean square in excess of noise, and one standard error more.
-fn fit_bulk(columns: &[ColumnRow]) -> f64 {
+fn fit_bulk(columns: &[ColumnRow], plans: &[Plan]) -> f64 {
     let (mut sum, mut weights) = (0.0, 0.0);
-    for row in columns.iter().filter(|row| row.bulk_noise > 0.0) {
+    for (column, row) in columns.iter().enumerate() {
+        // Flat columns have next to nothing above the layers.
+        let is_tall =
+            plans.iter().any(|plan| (plan.column - column as f64).abs() < 0.5 && plan.extent > TALL);
+        if !is_tall {
+            continue;
+        }
         let unit = row.excluded_volume * row.excluded_volume;
-        // The square of a sum of as many absolute values as there are bins scatters by some part of it.
+        // The square of a sum of absolute values scatters by less than itself.
         let error = row.bulk_noise * row.bulk_noise / unit;
         sum += (row.bulk * row.bulk / unit - error) / (error * error);
         weights += 1.0 / (error * error);

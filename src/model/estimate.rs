@@ -217,3 +217,99 @@ fn steepest(profile: &HydrostaticProfile) -> (f64, f64) {
     }
     steepest
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::UniformField;
+    use crate::random::unit;
+    use crate::temperature::Isothermal;
+    use crate::{Generator, Slab};
+    use rand::SeedableRng;
+
+    fn outlook(temperature: f64, column_density: f64) -> Outlook {
+        // 400 spheres.
+        let side = (400.0 / column_density).sqrt();
+        let slab = Slab::new(40.0, side, side).unwrap();
+        let scene =
+            Scene::new(slab, 400, UniformField::default(), Isothermal::new(temperature).unwrap()).unwrap();
+        Outlook::new(&scene).unwrap()
+    }
+
+    /// Points drawn from a known distribution are misplaced as the formula says.
+    #[test]
+    fn counting_noise_is_that_of_independent_points() {
+        const SAMPLES: usize = 400;
+        const REPEATS: usize = 400;
+        let parts = [0.4, 0.25, 0.15, 0.1, 0.06, 0.04];
+        let spread: f64 = parts.iter().map(|part| f64::sqrt(part * (1.0 - part))).sum();
+        let mut generator = Generator::seed_from_u64(5);
+        let errors: Vec<f64> = (0..REPEATS)
+            .map(|_| {
+                let mut counts = [0.0; 6];
+                for _ in 0..SAMPLES {
+                    let mut left = unit(&mut generator);
+                    let bin = parts.iter().position(|part| {
+                        left -= part;
+                        left < 0.0
+                    });
+                    counts[bin.unwrap_or(5)] += 1.0;
+                }
+                misplaced_fraction(&counts, &parts.map(|part| part * SAMPLES as f64))
+            })
+            .collect();
+        let mean = errors.iter().sum::<f64>() / REPEATS as f64;
+        let variance =
+            errors.iter().map(|error| (error - mean) * (error - mean)).sum::<f64>() / REPEATS as f64;
+        let error = (variance / REPEATS as f64).sqrt();
+        let expected = counting_noise(spread, SAMPLES as f64);
+        assert!(error < 0.02 * expected);
+        // Counts of so few spheres are not quite Gaussian.
+        assert!(
+            (mean - expected).abs() < 4.0 * error + 0.01 * expected,
+            "{mean} instead of {expected} ± {error}"
+        );
+    }
+
+    #[test]
+    fn sweeps_are_those_that_reach_the_noise() {
+        let outlook = outlook(3.0, 2.0);
+        for family in MoveFamily::ALL {
+            for error in [0.1, 0.01, 0.001] {
+                let sweeps = outlook.sweeps_for(100, family, error);
+                approx::assert_relative_eq!(outlook.noise(100, family, sweeps), error, max_relative = 1e-12);
+            }
+        }
+    }
+
+    /// The density of a dilute gas at a wall is known, and so is what the theory makes of it; by quadrature, not by the algebra that
+    /// gave the coefficient.
+    #[test]
+    fn layers_of_a_dilute_gas_are_exact() {
+        let eta = 1e-4;
+        let number_density = crate::equation_of_state::number_density(eta);
+        // Surplus over the bulk in the lowest bin, which centres enter at x = ½.
+        const STEPS: u32 = 20_000;
+        let surplus: f64 = (0..STEPS)
+            .map(|step| {
+                let gap = 0.5 * (f64::from(step) + 0.5) / f64::from(STEPS);
+                2.0 * eta * (1.0 - gap) * (1.0 - gap) * (2.0 + gap) * 0.5 / f64::from(STEPS)
+            })
+            .sum();
+        let begins = (1.0 - eta) / (2.0 * (1.0 + 2.0 * eta));
+        let misplaced = number_density * (1.0 - begins) - number_density * (0.5 + surplus);
+        approx::assert_relative_eq!(misplaced, LAYERS[0] * eta * eta, max_relative = 2e-3);
+    }
+
+    #[test]
+    fn dilute_columns_have_small_errors_and_dense_ones_freeze() {
+        let (dilute, dense, frozen) = (outlook(20.0, 0.1), outlook(2.0, 10.0), outlook(1.0, 20.0));
+        assert!(dilute.ideal_error() < 0.02 && dilute.theory_error() < 1e-3);
+        assert!(dense.ideal_error() > 0.3 && dense.freezing.is_none());
+        let exit = frozen.freezing.unwrap();
+        assert!(
+            exit.lowest_height < 1.0 && exit.highest_height > 5.0 && exit.highest_height < 15.0,
+            "{exit:?}"
+        );
+    }
+}

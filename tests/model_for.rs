@@ -265,7 +265,8 @@ fn a_column_that_freezes_is_not_promised_anything() {
 fn constants_follow_from_the_calibration_files() {
     let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("src/model/calibration");
     let columns = ColumnRow::read(&directory.join("columns.csv")).unwrap();
-    let plans = Plan::read(&directory.join("plans.csv")).unwrap();
+    let mut plans = Plan::read(&directory.join("plans.csv")).unwrap();
+    plans.extend(Plan::read(&directory.join("long_plans.csv")).unwrap());
     let bases = Base::read(&directory.join("bases.csv")).unwrap();
     let (constants, _) = fit::fit(&columns, &plans, &bases);
     // All numbers on the right-hand sides, in order.

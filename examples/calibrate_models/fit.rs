@@ -15,8 +15,8 @@ const NARROWEST: f64 = 4.0;
 const TALL: f64 = 8.0;
 /// Plans of which the time to set them up is a small part.
 const LONG: f64 = 500.0;
-/// Most sweeps that the theory start may take to be forgotten.
-const LONGEST_RELAXATION: u32 = 300;
+/// Most sweeps that the theory start may count for.
+const LARGEST_HEAD_START: u32 = 1000;
 
 /// The constants, as the library has them.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,7 +30,8 @@ pub(crate) struct Constants {
     pub(crate) theory_cost: [f64; 2],
     pub(crate) start_cost: [f64; 2],
     pub(crate) inefficiency: [[f64; 4]; 2],
-    pub(crate) relaxation: [f64; 2],
+    pub(crate) head_start: [f64; 2],
+    pub(crate) plan_allowance: [f64; 2],
     pub(crate) sweep_cost: [[f64; 2]; 2],
 }
 
@@ -64,7 +65,9 @@ pub(crate) fn fit(columns: &[ColumnRow], plans: &[Plan], bases: &[Base]) -> (Con
         theory_cost: power_law(columns, |row| row.theory_seconds),
         start_cost,
         inefficiency: fits.map(|(coefficients, ..)| coefficients),
-        relaxation: fits.map(|(_, relaxation, _)| relaxation),
+        head_start: fits.map(|(_, head_start, _)| head_start),
+        // One standard deviation: what a single seed adds is left to the part of the tolerance aimed at.
+        plan_allowance: fits.map(|(.., scatter)| libm::exp(scatter)),
         sweep_cost: [0.0, 1.0].map(|family| fit_sweep_cost(columns, plans, family)),
     };
     (constants, Quality { formulas, plans: fits.map(|(.., scatter)| scatter) })
@@ -138,11 +141,11 @@ fn scatter_of_formulas(columns: &[ColumnRow], layers: [f64; 4], scatter: f64, bu
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }
 
-/// ln g = a + b η + c ln h + d [T varies], and the sweeps in which the start is forgotten; with the scatter of ln error.
+/// ln g = a + b η + c ln h + d [T varies], and the sweeps that the theory start counts for; with the scatter of ln error.
 fn fit_inefficiency(columns: &[ColumnRow], plans: &[Plan], family: f64) -> ([f64; 4], f64, f64) {
     let mut best: Option<([f64; 4], f64, f64)> = None;
-    for sweeps in 0..=LONGEST_RELAXATION {
-        let relaxation = f64::from(sweeps);
+    for sweeps in 0..=LARGEST_HEAD_START {
+        let head_start = f64::from(sweeps);
         let rows: Vec<([f64; 4], f64, f64)> = plans
             .iter()
             .filter(|plan| plan.is_of(family))
@@ -151,7 +154,7 @@ fn fit_inefficiency(columns: &[ColumnRow], plans: &[Plan], family: f64) -> ([f64
                 let counted = (1.0 - EQUILIBRATION) * plan.sweeps * plan.particles;
                 // ½ √(2/π) Σ √(p(1 − p)/samples), squared
                 let independent = plan.spread * plan.spread / (2.0 * std::f64::consts::PI * counted);
-                let value = libm::log(square / independent / (1.0 + relaxation / plan.sweeps));
+                let value = libm::log(square / independent * (1.0 + head_start / plan.sweeps));
                 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
                 let varies = f64::from(u8::from(columns[plan.column as usize].decay_rate != 0.0));
                 ([1.0, plan.densest, libm::log(plan.extent), varies], value, 1.0)
@@ -170,7 +173,7 @@ fn fit_inefficiency(columns: &[ColumnRow], plans: &[Plan], family: f64) -> ([f64
         // g is a square.
         let scatter = 0.5 * (squares / rows.len() as f64).sqrt();
         if best.is_none_or(|(.., least)| scatter < least) {
-            best = Some((coefficients, relaxation, scatter));
+            best = Some((coefficients, head_start, scatter));
         }
     }
     best.unwrap_or(([0.0; 4], 0.0, 0.0))
@@ -310,10 +313,16 @@ impl Constants {
             rows(&self.inefficiency),
         );
         constant(
-            "Sweeps in which the theory start is forgotten, for either family.",
-            "RELAXATION",
+            "Sweeps that the theory start counts for, for either family.",
+            "HEAD_START",
             "[f64; 2]",
-            list(&self.relaxation),
+            list(&self.head_start),
+        );
+        constant(
+            "Factor by which the noise of a plan may be more than expected, for either family.",
+            "PLAN_ALLOWANCE",
+            "[f64; 2]",
+            list(&self.plan_allowance),
         );
         constant(
             "CPU seconds per sphere and sweep for either family, and their slope with packing fraction.",

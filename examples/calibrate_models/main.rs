@@ -31,6 +31,9 @@ struct Arguments {
     /// Fits the constants to the calibration files that are there
     #[arg(long, conflicts_with = "references")]
     fit: bool,
+    /// Measures the long plans only, and fits
+    #[arg(long, conflicts_with_all = ["references", "fit"])]
+    long_plans: bool,
     /// Measures the scenes of the test instead of those of the calibration: some five minutes as well
     #[arg(long)]
     references: bool,
@@ -58,33 +61,30 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         return Ok(Ending::Finished);
     }
     let directory = arguments.out.join("src/model/calibration");
-    let [columns_path, plans_path, bases_path] =
-        ["columns.csv", "plans.csv", "bases.csv"].map(|name| directory.join(name));
-    if !arguments.fit {
+    output::create_directory(&directory)?;
+    let [columns_path, plans_path, bases_path, long_plans_path] =
+        ["columns.csv", "plans.csv", "bases.csv", "long_plans.csv"].map(|name| directory.join(name));
+    let plan_units = "column: row of columns.csv from 0; family: 0 tuned local moves, 1 event chains with them; misplaced fractions; \
+                      diameters; CPU seconds";
+    if !arguments.fit && !arguments.long_plans {
         let measured = measure::all(arguments.seed, arguments.threads)?;
-        output::create_directory(&directory)?;
-        write(
-            &columns_path,
-            "m g d, per diameter, per square diameter, diameters; misplaced fractions; layers in spheres per square diameter; CPU seconds",
-            ColumnRow::HEADER,
-            measured.iter().map(|(column, ..)| column.values()),
-        )?;
-        write(
-            &plans_path,
-            "column: row of columns.csv; family: 0 tuned local moves, 1 event chains with them; misplaced fractions; diameters; CPU seconds",
-            Plan::HEADER,
-            measured.iter().flat_map(|(_, plans, _)| plans).map(Plan::values),
-        )?;
-        write(
-            &bases_path,
-            "column: row of columns.csv; diameters; misplaced fractions",
-            Base::HEADER,
-            measured.iter().flat_map(|(.., bases)| bases).map(Base::values),
-        )?;
+        let units = "m g d, per diameter, per square diameter, diameters; misplaced fractions; layers in spheres per square \
+                     diameter; CPU seconds";
+        write(&columns_path, units, ColumnRow::HEADER, measured.iter().map(|(column, ..)| column.values()))?;
+        let plans = measured.iter().flat_map(|(_, plans, _)| plans);
+        write(&plans_path, plan_units, Plan::HEADER, plans.map(Plan::values))?;
+        let bases = measured.iter().flat_map(|(.., bases)| bases);
+        let units = "column: row of columns.csv from 0; diameters; misplaced fractions";
+        write(&bases_path, units, Base::HEADER, bases.map(Base::values))?;
+    }
+    if !arguments.fit {
+        let measured = measure::long_plans(arguments.seed, arguments.threads)?;
+        write(&long_plans_path, plan_units, Plan::HEADER, measured.iter().flatten().map(Plan::values))?;
     }
     // From the files, whose digits are all that a test has.
-    let (columns, plans, bases) =
-        (ColumnRow::read(&columns_path)?, Plan::read(&plans_path)?, Base::read(&bases_path)?);
+    let (columns, bases) = (ColumnRow::read(&columns_path)?, Base::read(&bases_path)?);
+    let mut plans = Plan::read(&plans_path)?;
+    plans.extend(Plan::read(&long_plans_path)?);
     let (constants, quality) = fit::fit(&columns, &plans, &bases);
     let source = arguments.out.join("src/model/constants.rs");
     std::fs::write(&source, constants.source())?;

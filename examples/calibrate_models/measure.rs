@@ -16,6 +16,9 @@ const LAYERED: usize = 8;
 /// Plans are tried with these numbers of sweeps, by as many replicas.
 const LADDER: [u64; 3] = [32, 128, 512];
 const REPLICAS: u64 = 8;
+/// Longer ones, of columns with no more spheres than this over that base, are compared with one another.
+const LONG_LADDER: [u64; 2] = [2048, 8192];
+const MOST_SPHERES: usize = 250;
 /// Side of the base of those plans, and their fewest spheres.
 const SIDE: f64 = 5.0;
 const FEWEST: usize = 40;
@@ -126,7 +129,44 @@ fn column(
     })
 }
 
-/// Plans of either family, shorter and longer.
+/// What a plan's error depends on, besides its moves and sweeps.
+fn plan_row(column: usize, scene: &Column, theory: &HydrostaticProfile, plan: &MonteCarloPlan) -> Plan {
+    let column_density = scene.column_density();
+    let spread = densities(scene.slab(), |height| theory.column_below(height))
+        .iter()
+        .map(|density| density / column_density)
+        .map(|part| (part * (1.0 - part)).max(0.0).sqrt())
+        .sum();
+    let family = MoveFamily::ALL.iter().position(|&family| family == plan.family()).unwrap_or(0);
+    Plan {
+        column: column as f64,
+        family: family as f64,
+        particles: plan.particles() as f64,
+        sweeps: plan.sweeps() as f64,
+        error: 0.0,
+        noise: 0.0,
+        spread,
+        densest: packing_fraction(theory.density_maximum().1),
+        extent: theory.center_of_mass() - theory.base(),
+        seconds: 0.0,
+    }
+}
+
+/// Spheres over the base of the plans that are tried.
+fn particles_of_plans(scene: &Column) -> usize {
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let particles = (scene.column_density() * SIDE * SIDE).ceil() as usize;
+    particles.max(FEWEST)
+}
+
+/// Root mean square of misplaced fractions.
+fn root_mean_square(profiles: &[Vec<f64>], truth: &[f64]) -> f64 {
+    let squares: f64 =
+        profiles.iter().map(|profile| misplaced_fraction(profile, truth)).map(|error| error * error).sum();
+    (squares / profiles.len() as f64).sqrt()
+}
+
+/// Plans of either family against what is true.
 fn try_plans(
     column: usize,
     scene: &Column,
@@ -134,40 +174,60 @@ fn try_plans(
     truth: &Reference,
     first_seed: u64,
 ) -> Result<Vec<Plan>, Failure> {
-    let column_density = scene.column_density();
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let particles = ((column_density * SIDE * SIDE).ceil() as usize).max(FEWEST);
-    let spread = densities(scene.slab(), |height| theory.column_below(height))
-        .iter()
-        .map(|density| density / column_density)
-        .map(|part| (part * (1.0 - part)).max(0.0).sqrt())
-        .sum();
     let mut rows = Vec::new();
-    for (kind, family) in MoveFamily::ALL.into_iter().enumerate() {
+    for family in MoveFamily::ALL {
         for sweeps in LADDER {
-            let plan = MonteCarloPlan::new(scene, particles, family, sweeps)?;
+            let plan = MonteCarloPlan::new(scene, particles_of_plans(scene), family, sweeps)?;
             let started = cpu_seconds();
-            let mut squares = 0.0;
-            for replica in 0..REPLICAS {
-                let error =
-                    misplaced_fraction(&plan.densities(scene, first_seed + replica)?, &truth.densities);
-                squares += error * error;
-            }
+            let profiles = (0..REPLICAS)
+                .map(|replica| plan.densities(scene, first_seed + replica))
+                .collect::<Result<Vec<_>, _>>()?;
             rows.push(Plan {
-                column: column as f64,
-                family: kind as f64,
-                particles: particles as f64,
-                sweeps: sweeps as f64,
-                error: (squares / REPLICAS as f64).sqrt(),
+                error: root_mean_square(&profiles, &truth.densities),
                 noise: truth.noise(),
-                spread,
-                densest: packing_fraction(theory.density_maximum().1),
-                extent: theory.center_of_mass() - theory.base(),
                 seconds: (cpu_seconds() - started) / REPLICAS as f64,
+                ..plan_row(column, scene, theory, &plan)
             });
         }
     }
     Ok(rows)
+}
+
+/// Plans so long that the theory start is forgotten, against the mean of all of them: what is true does not have to be known better than they know it.
+pub(crate) fn long_plans(seed: u64, threads: usize) -> Result<Vec<Vec<Plan>>, Failure> {
+    let scenes: Vec<(usize, Parameters)> = Parameters::calibration().into_iter().enumerate().collect();
+    let progress = Progress::new(scenes.len() as u64, "long plans");
+    let measured = replicas::in_parallel(threads, scenes, |(index, parameters)| {
+        let first_seed = seed + SEEDS * index as u64 + 3 * SEEDS / 4;
+        let (particles, side) = Parameters::WIDE;
+        let scene = parameters.scene(particles, side)?;
+        let theory = theory(&scene)?;
+        let particles = particles_of_plans(&scene);
+        let mut rows = Vec::new();
+        for family in MoveFamily::ALL.into_iter().filter(|_| particles <= MOST_SPHERES) {
+            for sweeps in LONG_LADDER {
+                let plan = MonteCarloPlan::new(&scene, particles, family, sweeps)?;
+                let started = cpu_seconds();
+                let profiles = (0..REPLICAS)
+                    .map(|replica| plan.densities(&scene, first_seed + replica))
+                    .collect::<Result<Vec<_>, _>>()?;
+                let mean: Vec<f64> = (0..profiles[0].len())
+                    .map(|bin| profiles.iter().map(|profile| profile[bin]).sum::<f64>() / REPLICAS as f64)
+                    .collect();
+                // The mean takes its part of every deviation.
+                let part = (REPLICAS as f64 / (REPLICAS as f64 - 1.0)).sqrt();
+                rows.push(Plan {
+                    error: part * root_mean_square(&profiles, &mean),
+                    seconds: (cpu_seconds() - started) / REPLICAS as f64,
+                    ..plan_row(index, &scene, &theory, &plan)
+                });
+            }
+        }
+        progress.advance(1);
+        Ok(rows)
+    });
+    progress.finish();
+    measured
 }
 
 /// A base of the given side against the wide one.

@@ -90,7 +90,7 @@ impl ModelChoice {
     /// Fewest spheres of a plan.
     const FEWEST_PARTICLES: f64 = 40.0;
     /// Fewest sweeps of a plan, and of one whose column freezes.
-    const FEWEST_SWEEPS: [f64; 2] = [16.0, 1e5];
+    const FEWEST_SWEEPS: [f64; 2] = [64.0, 1e5];
     /// More sweeps than this are only written down.
     const MOST_SWEEPS: f64 = 1e12;
 
@@ -200,7 +200,7 @@ fn best_plan<F: Field, T: TemperatureProfile>(
     let mut best: Option<Assessment> = None;
     for family in MoveFamily::ALL {
         let sweeps = outlook
-            .sweeps_for(particles, family, noise_target)
+            .sweeps_for(particles, family, noise_target / Outlook::plan_allowance(family))
             .clamp(fewest, ModelChoice::MOST_SWEEPS)
             .ceil();
         let noise = outlook.noise(particles, family, sweeps);

@@ -3,8 +3,8 @@
 //! All constants are fitted to runs of columns ([`constants`](super::constants)); how is said in `docs/models.md`.
 
 use super::constants::{
-    ALLOWANCE, BULK, FINITE_BASE, IDEAL_COST, INEFFICIENCY, LAYERS, LAYERS_SCATTER, RELAXATION, START_COST,
-    SWEEP_COST, THEORY_COST,
+    ALLOWANCE, BULK, FINITE_BASE, HEAD_START, IDEAL_COST, INEFFICIENCY, LAYERS, LAYERS_SCATTER,
+    PLAN_ALLOWANCE, START_COST, SWEEP_COST, THEORY_COST,
 };
 use super::ideal_column::IdealColumn;
 use super::misplaced::{densities, misplaced_fraction};
@@ -116,6 +116,11 @@ impl Outlook {
         ALLOWANCE
     }
 
+    /// What the noise of a plan that is expected may become, root mean square over seeds.
+    pub(super) fn plan_allowance(family: MoveFamily) -> f64 {
+        PLAN_ALLOWANCE[index(family)]
+    }
+
     pub(super) fn ideal_cost(&self) -> f64 {
         power_law(IDEAL_COST, self.height)
     }
@@ -146,20 +151,17 @@ impl Outlook {
         crate::equation_of_state::packing_fraction(self.theory.density_maximum().1)
     }
 
-    /// Statistical misplaced fraction of a run, from the theory start.
+    /// Statistical misplaced fraction of a run; the theory, at which it starts, counts for some sweeps.
     pub(super) fn noise(&self, particles: usize, family: MoveFamily, sweeps: f64) -> f64 {
-        let counted = (1.0 - MonteCarloPlan::EQUILIBRATION) * sweeps * particles as f64;
-        let relaxation = 1.0 + RELAXATION[index(family)] / sweeps;
-        counting_noise(self.spread, counted / (self.inefficiency(family) * relaxation))
+        let counted = (1.0 - MonteCarloPlan::EQUILIBRATION) * (sweeps + HEAD_START[index(family)]);
+        counting_noise(self.spread, counted * particles as f64 / self.inefficiency(family))
     }
 
-    /// Sweeps for a statistical misplaced fraction.
+    /// Sweeps for a statistical misplaced fraction; zero or less where the start would be enough.
     pub(super) fn sweeps_for(&self, particles: usize, family: MoveFamily, error: f64) -> f64 {
-        // noise² = k (1 + r/sweeps)/sweeps
         let unit = self.noise(particles, family, 1.0) / error;
-        let relaxation = RELAXATION[index(family)];
-        let k = unit * unit / (1.0 + relaxation);
-        0.5 * (k + (k * (k + 4.0 * relaxation)).sqrt())
+        let head_start = HEAD_START[index(family)];
+        unit * unit * (1.0 + head_start) - head_start
     }
 
     /// CPU seconds of a run.

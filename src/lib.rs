@@ -45,12 +45,14 @@
 
 mod centers;
 mod configuration;
+mod diagnosis;
 pub mod drive;
 pub mod equation_of_state;
 mod error;
 pub mod field;
 pub mod hydrostatics;
 pub mod model;
+mod monitor;
 pub mod moves;
 mod numerics;
 mod observer;
@@ -62,6 +64,7 @@ mod slab;
 pub mod start;
 pub mod statistics;
 pub mod temperature;
+mod warning;
 
 pub use centers::Centers;
 pub use equation_of_state::EquationOfState;
@@ -75,6 +78,7 @@ pub use scene::Scene;
 pub use simulation::{Simulation, SimulationBuilder};
 pub use slab::Slab;
 pub use temperature::TemperatureProfile;
+pub use warning::{MixingEvidence, Warning};
 
 /// The code of README.md, compiled.
 #[cfg(doctest)]

@@ -255,7 +255,8 @@ impl Constants {
     pub(crate) fn source(&self) -> String {
         let mut text = String::from(
             "//! Fitted to `src/model/calibration/` and written by `cargo run --release --example calibrate_models`; a test in\n\
-             //! `tests/model_for.rs` fits them again. Not to be edited.\n",
+             //! `tests/model_for.rs` fits them again. Not to be edited.\n\n\
+             #![allow(clippy::unreadable_literal, reason = \"generated\")]\n",
         );
         let mut constant = |documentation: &str, name: &str, kind: &str, value: String| {
             // Writing to a string does not fail.

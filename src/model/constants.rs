@@ -1,6 +1,8 @@
 //! Fitted to `src/model/calibration/` and written by `cargo run --release --example calibrate_models`; a test in
 //! `tests/model_for.rs` fits them again. Not to be edited.
 
+#![allow(clippy::unreadable_literal, reason = "generated")]
+
 /// Coefficients of B(η)/η², a polynomial in η.
 pub(super) const LAYERS: [f64; 4] = [0.41778, -7.7632, 19.836, -13.401];
 

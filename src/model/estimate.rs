@@ -288,10 +288,11 @@ mod tests {
     /// gave the coefficient.
     #[test]
     fn layers_of_a_dilute_gas_are_exact() {
+        // Steps of the quadrature over half a diameter.
+        const STEPS: u32 = 20_000;
         let eta = 1e-4;
         let number_density = crate::equation_of_state::number_density(eta);
         // Surplus over the bulk in the lowest bin, which centres enter at x = ½.
-        const STEPS: u32 = 20_000;
         let surplus: f64 = (0..STEPS)
             .map(|step| {
                 let gap = 0.5 * (f64::from(step) + 0.5) / f64::from(STEPS);

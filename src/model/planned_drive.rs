@@ -1,7 +1,7 @@
 //! The drive of a plan, for any temperature profile.
 
 use crate::drive::{Drive, ForceBalance, Phase, Scheme, SelfConsistent, SelfConsistentDrive};
-use crate::{Centers, Error, Field, Scene, TemperatureProfile};
+use crate::{Centers, Error, Field, Scene, TemperatureProfile, Warning};
 
 /// The scheme of a [`MonteCarloPlan`](super::MonteCarloPlan): φ/T in closed form where the profile turns out to be constant, the
 /// [`SelfConsistent`] iteration where it varies. A plan is made for scenes whose type does not say which.
@@ -98,6 +98,14 @@ impl<F: Field, T: TemperatureProfile> Drive<F, T> for PlannedDrive {
         match &mut self.0 {
             Kind::Isothermal { .. } => Ok(()),
             Kind::Iterated(drive) => drive.start_production(scene),
+        }
+    }
+
+    #[inline]
+    fn warnings(&self, scene: &Scene<F, T>) -> Vec<Warning> {
+        match &self.0 {
+            Kind::Isothermal { .. } => Vec::new(),
+            Kind::Iterated(drive) => drive.warnings(scene),
         }
     }
 }

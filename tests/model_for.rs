@@ -15,7 +15,7 @@ mod fit;
 #[allow(dead_code, reason = "the example has scenes to calibrate as well")]
 mod scenes;
 
-use data::{Base, ColumnRow, Plan};
+use data::{Base, ColumnRow, Plan, Seeds};
 use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::model::{IdealColumn, Model, ModelChoice, MonteCarloPlan, Reason, misplaced_fraction};
 use gradient_mc::{Error, Hydrostatics};
@@ -268,7 +268,8 @@ fn constants_follow_from_the_calibration_files() {
     let mut plans = Plan::read(&directory.join("plans.csv")).unwrap();
     plans.extend(Plan::read(&directory.join("long_plans.csv")).unwrap());
     let bases = Base::read(&directory.join("bases.csv")).unwrap();
-    let (constants, _) = fit::fit(&columns, &plans, &bases);
+    let seeds = Seeds::read(&directory.join("seeds.csv")).unwrap();
+    let (constants, _) = fit::fit(&columns, &plans, &bases, &seeds);
     // All numbers on the right-hand sides, in order.
     let numbers = |source: &str| -> Vec<f64> {
         let right: Vec<&str> = source

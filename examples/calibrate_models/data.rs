@@ -51,3 +51,8 @@ row! {
     /// A small base against a wide one.
     Base: column, side, particles, error, noise, excluded_volume
 }
+
+row! {
+    /// How far the errors of single seeds of a long plan are apart: their standard deviation in units of their root mean square.
+    Seeds: column, family, sweeps, error, scatter
+}

@@ -1,6 +1,6 @@
 //! From the calibration files to the constants of `src/model/constants.rs`.
 
-use crate::data::{Base, ColumnRow, Plan};
+use crate::data::{Base, ColumnRow, Plan, Seeds};
 use std::fmt::Write;
 
 /// Leading coefficient of the layers, exact: (7/32)(6/π) η².
@@ -32,6 +32,7 @@ pub(crate) struct Constants {
     pub(crate) inefficiency: [[f64; 4]; 2],
     pub(crate) head_start: [f64; 2],
     pub(crate) plan_allowance: [f64; 2],
+    pub(crate) seed_scatter: [f64; 2],
     pub(crate) sweep_cost: [[f64; 2]; 2],
 }
 
@@ -43,7 +44,12 @@ pub(crate) struct Quality {
 }
 
 /// The fit.
-pub(crate) fn fit(columns: &[ColumnRow], plans: &[Plan], bases: &[Base]) -> (Constants, Quality) {
+pub(crate) fn fit(
+    columns: &[ColumnRow],
+    plans: &[Plan],
+    bases: &[Base],
+    seeds: &[Seeds],
+) -> (Constants, Quality) {
     let (layers, layers_scatter) = fit_layers(columns);
     let bulk = fit_bulk(columns, plans);
     let formulas = scatter_of_formulas(columns, layers, layers_scatter, bulk);
@@ -66,7 +72,8 @@ pub(crate) fn fit(columns: &[ColumnRow], plans: &[Plan], bases: &[Base]) -> (Con
         start_cost,
         inefficiency: fits.map(|(coefficients, ..)| coefficients),
         head_start: fits.map(|(_, head_start, _)| head_start),
-        // One standard deviation: what a single seed adds is left to the part of the tolerance aimed at.
+        // One standard deviation; what a single seed adds comes on top.
+        seed_scatter: [0.0, 1.0].map(|family| fit_seed_scatter(seeds, family)),
         plan_allowance: fits.map(|(.., scatter)| libm::exp(scatter)),
         sweep_cost: [0.0, 1.0].map(|family| fit_sweep_cost(columns, plans, family)),
     };
@@ -177,6 +184,16 @@ fn fit_inefficiency(columns: &[ColumnRow], plans: &[Plan], family: f64) -> ([f64
         }
     }
     best.unwrap_or(([0.0; 4], 0.0, 0.0))
+}
+
+/// Root mean square of the relative scatter of seeds.
+fn fit_seed_scatter(seeds: &[Seeds], family: f64) -> f64 {
+    let squares: Vec<f64> = seeds
+        .iter()
+        .filter(|row| (row.family - family).abs() < 0.5)
+        .map(|row| row.scatter * row.scatter)
+        .collect();
+    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }
 
 /// Error of a base in units of that of the ideal gas over the number of spheres.
@@ -318,6 +335,12 @@ impl Constants {
             "HEAD_START",
             "[f64; 2]",
             list(&self.head_start),
+        );
+        constant(
+            "Standard deviation of the noise of single seeds, in units of its root mean square, for either family.",
+            "SEED_SCATTER",
+            "[f64; 2]",
+            list(&self.seed_scatter),
         );
         constant(
             "Factor by which the noise of a plan may be more than expected, for either family.",

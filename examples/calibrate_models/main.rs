@@ -16,7 +16,7 @@ mod scenes;
 
 use clap::Parser;
 use common::{Ending, Failure, conclude, output};
-use data::{Base, ColumnRow, Plan};
+use data::{Base, ColumnRow, Plan, Seeds};
 use rustix::time::{ClockId, clock_gettime};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -62,8 +62,9 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     }
     let directory = arguments.out.join("src/model/calibration");
     output::create_directory(&directory)?;
-    let [columns_path, plans_path, bases_path, long_plans_path] =
-        ["columns.csv", "plans.csv", "bases.csv", "long_plans.csv"].map(|name| directory.join(name));
+    let [columns_path, plans_path, bases_path, long_plans_path, seeds_path] =
+        ["columns.csv", "plans.csv", "bases.csv", "long_plans.csv", "seeds.csv"]
+            .map(|name| directory.join(name));
     let plan_units = "column: row of columns.csv from 0; family: 0 tuned local moves, 1 event chains with them; misplaced fractions; \
                       diameters; CPU seconds";
     if !arguments.fit && !arguments.long_plans {
@@ -79,13 +80,17 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     }
     if !arguments.fit {
         let measured = measure::long_plans(arguments.seed, arguments.threads)?;
-        write(&long_plans_path, plan_units, Plan::HEADER, measured.iter().flatten().map(Plan::values))?;
+        let plans = measured.iter().flatten().map(|(plan, _)| plan.values());
+        write(&long_plans_path, plan_units, Plan::HEADER, plans)?;
+        let units = "column: row of columns.csv from 0; family: 0 tuned local moves, 1 event chains with them; misplaced fraction; \
+                     standard deviation over seeds in units of it";
+        write(&seeds_path, units, Seeds::HEADER, measured.iter().flatten().map(|(_, seeds)| seeds.values()))?;
     }
     // From the files, whose digits are all that a test has.
     let (columns, bases) = (ColumnRow::read(&columns_path)?, Base::read(&bases_path)?);
     let mut plans = Plan::read(&plans_path)?;
     plans.extend(Plan::read(&long_plans_path)?);
-    let (constants, quality) = fit::fit(&columns, &plans, &bases);
+    let (constants, quality) = fit::fit(&columns, &plans, &bases, &Seeds::read(&seeds_path)?);
     let source = arguments.out.join("src/model/constants.rs");
     std::fs::write(&source, constants.source())?;
     println!("{constants:#?}");

@@ -4,7 +4,7 @@ use crate::common::Failure;
 use crate::common::progress::Progress;
 use crate::common::replicas;
 use crate::cpu_seconds;
-use crate::data::{Base, ColumnRow, Plan};
+use crate::data::{Base, ColumnRow, Plan, Seeds};
 use crate::reference::{Effort, Reference};
 use crate::scenes::{Column, Parameters};
 use gradient_mc::equation_of_state::{ModifiedKolafa, packing_fraction};
@@ -194,7 +194,7 @@ fn try_plans(
 }
 
 /// Plans so long that the theory start is forgotten, against the mean of all of them: what is true does not have to be known better than they know it.
-pub(crate) fn long_plans(seed: u64, threads: usize) -> Result<Vec<Vec<Plan>>, Failure> {
+pub(crate) fn long_plans(seed: u64, threads: usize) -> Result<Vec<Vec<(Plan, Seeds)>>, Failure> {
     let scenes: Vec<(usize, Parameters)> = Parameters::calibration().into_iter().enumerate().collect();
     let progress = Progress::new(scenes.len() as u64, "long plans");
     let measured = replicas::in_parallel(threads, scenes, |(index, parameters)| {
@@ -216,11 +216,12 @@ pub(crate) fn long_plans(seed: u64, threads: usize) -> Result<Vec<Vec<Plan>>, Fa
                     .collect();
                 // The mean takes its part of every deviation.
                 let part = (REPLICAS as f64 / (REPLICAS as f64 - 1.0)).sqrt();
-                rows.push(Plan {
+                let row = Plan {
                     error: part * root_mean_square(&profiles, &mean),
                     seconds: (cpu_seconds() - started) / REPLICAS as f64,
                     ..plan_row(index, &scene, &theory, &plan)
-                });
+                };
+                rows.push((row, scatter_of_seeds(&row, part, &profiles, &mean)));
             }
         }
         progress.advance(1);
@@ -228,6 +229,16 @@ pub(crate) fn long_plans(seed: u64, threads: usize) -> Result<Vec<Vec<Plan>>, Fa
     });
     progress.finish();
     measured
+}
+
+/// How far single runs of a plan are apart.
+fn scatter_of_seeds(row: &Plan, part: f64, profiles: &[Vec<f64>], mean: &[f64]) -> Seeds {
+    let errors: Vec<f64> = profiles.iter().map(|profile| part * misplaced_fraction(profile, mean)).collect();
+    let count = errors.len() as f64;
+    let average = errors.iter().sum::<f64>() / count;
+    let squares: f64 = errors.iter().map(|error| (error - average) * (error - average)).sum();
+    let scatter = (squares / (count - 1.0)).sqrt() / row.error;
+    Seeds { column: row.column, family: row.family, sweeps: row.sweeps, error: row.error, scatter }
 }
 
 /// A base of the given side against the wide one.

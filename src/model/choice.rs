@@ -80,11 +80,8 @@ pub struct ModelChoice {
 }
 
 impl ModelChoice {
-    /// Part of the tolerance that a plan expects to use up: half way, on a logarithmic scale, between all of it and the third that a
-    /// run nine times as long would leave.
-    const SHARE: f64 = 0.577;
-    /// Part of *that* which a finite base may take.
-    const BASE_SHARE: f64 = 0.3;
+    /// Part of the tolerance that a finite base may take; in quadrature it leaves nearly all to noise.
+    const BASE_SHARE: f64 = 0.2;
     /// Smallest side of the base of a plan.
     const SMALLEST_SIDE: f64 = 5.0;
     /// Fewest spheres of a plan.
@@ -179,8 +176,7 @@ fn best_plan<F: Field, T: TemperatureProfile>(
     outlook: &Outlook,
     tolerance: f64,
 ) -> Result<Assessment, Error> {
-    let target = ModelChoice::SHARE * tolerance;
-    let base_target = ModelChoice::BASE_SHARE * target;
+    let base_target = ModelChoice::BASE_SHARE * tolerance;
     let smallest_area = ModelChoice::SMALLEST_SIDE * ModelChoice::SMALLEST_SIDE;
     // A crystal does not fit into a small box: where it freezes, the box of the scene is as good as any.
     let least =
@@ -195,7 +191,7 @@ fn best_plan<F: Field, T: TemperatureProfile>(
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let particles = particles as usize;
     let base = outlook.finite_base(particles);
-    let noise_target = (target * target - base * base).sqrt();
+    let noise_target = (tolerance * tolerance - base * base).sqrt();
     let fewest = ModelChoice::FEWEST_SWEEPS[usize::from(outlook.freezing.is_some())];
     let mut best: Option<Assessment> = None;
     for family in MoveFamily::ALL {

@@ -34,8 +34,11 @@ pub(super) const INEFFICIENCY: [[f64; 4]; 2] =
 /// Sweeps that the theory start counts for, for either family.
 pub(super) const HEAD_START: [f64; 2] = [16.0, 3.0];
 
+/// Standard deviation of the noise of single seeds, in units of its root mean square, for either family.
+pub(super) const SEED_SCATTER: [f64; 2] = [0.28139, 0.24665];
+
 /// Factor by which the noise of a plan may be more than expected, for either family.
 pub(super) const PLAN_ALLOWANCE: [f64; 2] = [1.1713, 1.1172];
 
 /// CPU seconds per sphere and sweep for either family, and their slope with packing fraction.
-pub(super) const SWEEP_COST: [[f64; 2]; 2] = [[1.8183e-7, -1.9119e-7], [2.1959e-7, 4.7218e-7]];
+pub(super) const SWEEP_COST: [[f64; 2]; 2] = [[1.8153e-7, -2.0368e-7], [2.21e-7, 4.2184e-7]];

@@ -4,13 +4,13 @@
 
 use super::constants::{
     ALLOWANCE, BULK, FINITE_BASE, HEAD_START, IDEAL_COST, INEFFICIENCY, LAYERS, LAYERS_SCATTER,
-    PLAN_ALLOWANCE, START_COST, SWEEP_COST, THEORY_COST,
+    PLAN_ALLOWANCE, SEED_SCATTER, START_COST, SWEEP_COST, THEORY_COST,
 };
 use super::ideal_column::IdealColumn;
 use super::misplaced::{densities, misplaced_fraction};
 use super::plan::{MonteCarloPlan, MoveFamily};
 use super::planned_drive::constant_temperature;
-use crate::equation_of_state::{FluidSolid, ModifiedKolafa};
+use crate::equation_of_state::{FREEZING, FluidSolid, ModifiedKolafa};
 use crate::hydrostatics::DomainExit;
 use crate::{Error, Field, HydrostaticProfile, Hydrostatics, Scene, TemperatureProfile};
 
@@ -116,9 +116,10 @@ impl Outlook {
         ALLOWANCE
     }
 
-    /// What the noise of a plan that is expected may become, root mean square over seeds.
+    /// What the noise of a single run may become: the expected root mean square may be as much too small as the fit has scatter, and a seed
+    /// two standard deviations worse than others.
     pub(super) fn plan_allowance(family: MoveFamily) -> f64 {
-        PLAN_ALLOWANCE[index(family)]
+        PLAN_ALLOWANCE[index(family)] * (1.0 + 2.0 * SEED_SCATTER[index(family)])
     }
 
     pub(super) fn ideal_cost(&self) -> f64 {
@@ -168,7 +169,9 @@ impl Outlook {
     pub(super) fn plan_cost(&self, particles: usize, family: MoveFamily, sweeps: f64) -> f64 {
         let [dilute, slope] = SWEEP_COST[index(family)];
         let start = START_COST[usize::from(!self.isothermal)] * self.theory_cost();
-        start + particles as f64 * sweeps * (dilute + slope * self.densest())
+        // Nothing was measured beyond freezing, and the straight lines end there.
+        let densest = self.densest().min(FREEZING);
+        start + particles as f64 * sweeps * (dilute + slope * densest)
     }
 }
 
@@ -186,7 +189,7 @@ fn power_law([factor, power]: [f64; 2], value: f64) -> f64 {
 
 /// The part of a profile of fluid and solid that is denser than the fluid can be.
 fn frozen_part(profile: &HydrostaticProfile) -> Option<DomainExit> {
-    use crate::equation_of_state::{DomainSide, FREEZING, packing_fraction};
+    use crate::equation_of_state::{DomainSide, packing_fraction};
     const SAMPLES: u32 = 4096;
     let extent = profile.top() - profile.base();
     let heights =

@@ -47,7 +47,7 @@ pub use running_average::{AveragedThenFrozen, Averaging, RunningAverage};
 pub use self_consistent::{Iteration, SelfConsistent, SelfConsistentDrive};
 
 use crate::numerics::differentiate;
-use crate::{Centers, Error, Scene};
+use crate::{Centers, Error, Scene, Warning};
 
 /// What part of a run a sweep belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,6 +94,13 @@ pub trait Drive<F, T>: Sync {
     #[inline]
     fn force_balance(&self) -> Option<&ForceBalance> {
         None
+    }
+
+    /// What it has to say against the production run so far, for [`Simulation::warnings`](crate::Simulation::warnings);
+    /// by default nothing.
+    #[inline]
+    fn warnings(&self, _scene: &Scene<F, T>) -> Vec<Warning> {
+        Vec::new()
     }
 
     /// Called when production starts, before its first sweep.

@@ -207,12 +207,41 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
         Ok(())
     }
 
-    /// What speaks against the production run so far; nothing, if nothing was found. Some milliseconds, since the theory
-    /// of the scene is solved.
+    /// What speaks against the production run so far; empty if nothing does, which is no proof.
+    ///
+    /// | judged | raises |
+    /// |---|---|
+    /// | the series of the centre of mass: its drift, its memory, and its variance against what equilibrium demands of it | [`TooShort`](Warning::TooShort), [`NotMixed`](Warning::NotMixed) |
+    /// | its mean against [`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls), where that is good | [`FarFromTheory`](Warning::FarFromTheory), [`NoTheory`](Warning::NoTheory) |
+    /// | every 128th sweep, if all moves are local | [`LowAcceptance`](Warning::LowAcceptance) |
+    /// | the balance of forces and the field, where the temperature varies | [`FeedbackNotConverged`](Warning::FeedbackNotConverged), [`CountingNoise`](Warning::CountingNoise), [`ChangesWhileMeasuring`](Warning::ChangesWhileMeasuring), [`SteepGradient`](Warning::SteepGradient), [`DensityJump`](Warning::DensityJump) |
+    /// | density, and pressure as the weight of what lies above | [`Metastable`](Warning::Metastable), [`BoxIncommensurate`](Warning::BoxIncommensurate) |
+    /// | the box | [`LidTooLow`](Warning::LidTooLow), [`NarrowBox`](Warning::NarrowBox) |
+    ///
+    /// Of runs that have seen 4, 8, 16, 32 and 64 independent configurations, 94, 78, 38, 6 and 0.2 % are called not mixed.
+    /// It is worked out when asked for, in some milliseconds, since the theory of the scene is solved; what it needs of
+    /// the run is noted every few sweeps, from the first of production on. Replicas are judged each by itself.
+    ///
+    /// ```
+    /// use gradient_mc::{Scene, Simulation, Slab, Warning, field::UniformField, temperature::Isothermal};
+    /// use gradient_mc::{moves::EventChains, start::Uniform};
+    /// let scene = Scene::new(Slab::new(100.0, 5.0, 5.0)?, 250, UniformField::default(), Isothermal::new(4.0)?)?;
+    /// let mut simulation = Simulation::builder(scene).moves(EventChains::default()).seed(1).build()?;
+    /// simulation.equilibrate(500, &mut ())?;
+    /// simulation.run(3000, &mut ())?;
+    /// assert_eq!(simulation.warnings(), []);
+    /// // Small moves, and a start far above: it is still falling.
+    /// let mut simulation = Simulation::builder(scene).start(Uniform::default()).maximum_displacement(0.1).build()?;
+    /// simulation.run(300, &mut ())?;
+    /// for warning in simulation.warnings() {
+    ///     println!("{warning}");
+    /// }
+    /// assert!(simulation.warnings().iter().any(|warning| matches!(warning, Warning::FarFromTheory { .. })));
+    /// # Ok::<(), gradient_mc::Error>(())
+    /// ```
     pub fn warnings(&self) -> Vec<Warning> {
-        let only_local_moves = self.engine.has_only_local_moves();
-        let Self { scene, drive, monitor, .. } = self;
-        Case { scene, drive, monitor, only_local_moves }.warnings()
+        let Self { scene, drive, monitor, engine, .. } = self;
+        Case { scene, drive, monitor, engine }.warnings()
     }
 
     /// What the production run so far has seen of the balance of forces; nothing in an isothermal scene, where it

@@ -10,6 +10,7 @@ pub(crate) mod output;
 pub(crate) mod progress;
 pub(crate) mod replicas;
 pub(crate) mod table;
+pub(crate) mod warnings;
 
 use std::process::ExitCode;
 

@@ -29,6 +29,7 @@
 
 mod certificate;
 mod column_average;
+mod counting_noise;
 mod effective_potential;
 mod equation_of_state_closure;
 mod instantaneous;

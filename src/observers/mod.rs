@@ -13,6 +13,7 @@ mod center_of_mass;
 mod chain_pressure;
 mod density;
 mod displacement;
+mod doubts;
 mod equation_of_state;
 mod pressure;
 #[cfg(test)]

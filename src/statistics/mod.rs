@@ -17,7 +17,7 @@ mod blocking;
 pub mod deviations;
 mod estimate;
 #[cfg(test)]
-mod test_series;
+pub(crate) mod test_series;
 
 pub use autocorrelation::{Autocorrelation, autocorrelation};
 pub use block_averages::BlockAverages;
@@ -25,7 +25,7 @@ pub use blocking::{blocking, drift, variance};
 pub use estimate::Estimate;
 
 /// Fewest blocks from which an error is estimated: it is then itself uncertain by 1/√(2·15) = 18 %.
-const MINIMUM_BLOCKS: usize = 16;
+pub(crate) const MINIMUM_BLOCKS: usize = 16;
 
 /// The larger of two errors, NaN if either is (`f64::max` would hide it).
 fn larger(first: f64, second: f64) -> f64 {

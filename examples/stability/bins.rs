@@ -72,7 +72,7 @@ fn density(width: f64, seed: u64) -> Result<Findings, Failure> {
     let (top, bins) = count(TOP, width);
     let (profile, theory, mut said) =
         observe(|slab| DensityProfile::with_range(slab, LOWEST, top, bins), seed)?;
-    said.extend(Said::warnings(&warnings_of_density(&profile)));
+    said.extend(Said::warnings(&profile.warnings()));
     let points = profile.points()?;
     let deviations = points.iter().map(|point| {
         let expected = theory.number_density(point.height);
@@ -88,16 +88,8 @@ fn equation_of_state(width: f64, seed: u64) -> Result<Findings, Failure> {
     let (top, bins) = count(TOP, width);
     let (profile, _, mut said) =
         observe(|slab| EquationOfStateProfile::with_range(slab, LOWEST, top, bins), seed)?;
-    said.extend(Said::warnings(&warnings_of_state(&profile)));
+    said.extend(Said::warnings(&profile.warnings()));
     let points = profile.deviations_from(|eta| ModifiedKolafa.compressibility_factor(eta))?;
     let deviations = points.iter().map(|point| point.deviation);
     Ok(Findings { quantities: vec![share(deviations)], said, ..Findings::default() })
-}
-
-// PENDING
-fn warnings_of_density(_: &DensityProfile) -> Vec<gradient_mc::Warning> {
-    Vec::new()
-}
-fn warnings_of_state(_: &EquationOfStateProfile) -> Vec<gradient_mc::Warning> {
-    Vec::new()
 }

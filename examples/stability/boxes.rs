@@ -10,7 +10,7 @@ use gradient_mc::temperature::Isothermal;
 
 /// The lateral box.
 pub(crate) fn widths() -> Map {
-    const WIDTHS: [f64; 7] = [3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 10.0];
+    const WIDTHS: [f64; 6] = [3.0, 3.5, 4.0, 5.0, 6.0, 8.0];
     let mut map = Map::new("lateral_box", "Lateral box", "width of the base / d");
     for (temperature, range) in [(20.0, [4.0, 40.0]), (5.0, [4.0, 16.0]), (3.0, [20.0, 26.0])] {
         for width in WIDTHS {
@@ -24,8 +24,8 @@ fn wide(temperature: f64, range: [f64; 2], width: f64, seed: u64) -> Result<Find
     let scene = column::scene(200.0, width, 40.0, UniformField::default(), Isothermal::new(temperature)?)?;
     // As many sphere sweeps everywhere; the narrower the box, the more the column fluctuates.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let sweeps = (120_000.0 / (width * width)) as u64;
-    let length = Length { equilibration: 600 + sweeps / 4, sweeps };
+    let sweeps = (80_000.0 / (width * width)) as u64;
+    let length = Length { equilibration: 500 + sweeps / 4, sweeps };
     let simulation = Simulation::builder(scene).moves(EventChains::default()).seed(seed).build()?;
     let run = run(simulation, length)?;
     let center = run.center_of_mass(theory(&scene)?.center_of_mass(), 0.03)?.tolerating(0.003, 0.005);

@@ -59,9 +59,6 @@ pub(crate) fn fields() -> Map {
         map.add("from below", rate, move |seed| {
             isothermal(ExponentialField::new(rate)?, 20.0, Compact, 140.0, seed)
         });
-        map.add("theory start", rate, move |seed| {
-            isothermal(ExponentialField::new(rate)?, 20.0, Theory, 140.0, seed)
-        });
     }
     map
 }
@@ -77,7 +74,6 @@ pub(crate) fn temperatures() -> Map {
     for rate in RATES {
         map.add("from above", rate, move |seed| cooling(rate, Uniform::new(0.3), seed));
         map.add("from below", rate, move |seed| cooling(rate, Compact, seed));
-        map.add("theory start", rate, move |seed| cooling(rate, Theory, seed));
     }
     map
 }

@@ -64,8 +64,8 @@ pub(crate) fn sizes() -> Map {
 
 /// The length of event chains.
 pub(crate) fn chain_lengths() -> Map {
-    const LENGTHS: [f64; 7] = [0.1, 1.0, 10.0, 100.0, 1e3, 1e4, 1e6];
-    const LENGTH: Length = Length { equilibration: 500, sweeps: 1500 };
+    const LENGTHS: [f64; 6] = [1.0, 10.0, 100.0, 1e3, 1e4, 1e6];
+    const LENGTH: Length = Length { equilibration: 500, sweeps: 2500 };
     let mut map = Map::new("chain_length", "Event chains: mean length", "mean length of chains / d");
     let mut row = |label: &str, temperature: f64, event: FieldEvent, local: bool| {
         let chains = move |length: Option<f64>| -> Result<Moves, gradient_mc::Error> {

@@ -52,7 +52,7 @@ fn against(profile: &HydrostaticProfile, truth: Estimate) -> Findings {
     quantity.truth_error = truth.standard_error / truth.mean;
     Findings {
         quantities: vec![quantity.tolerating(0.005, 0.005)],
-        said: Said::warnings(&warnings_of(profile)),
+        said: Said::warnings(&profile.warnings()),
         ..Findings::default()
     }
 }
@@ -131,9 +131,4 @@ fn falling(rate: f64, theory: bool, seed: u64) -> Result<Findings, Failure> {
     ];
     let equation_of_state = run.equation_of_state(range)?.tolerating(0.015, 0.015);
     Ok(run.with([equation_of_state]))
-}
-
-// PENDING
-fn warnings_of(_: &HydrostaticProfile) -> Vec<gradient_mc::Warning> {
-    Vec::new()
 }

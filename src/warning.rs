@@ -127,6 +127,15 @@ pub enum Warning {
         /// Where and how far.
         exit: DomainExit,
     },
+    /// An equation of state is used inside its domain, but is not that of hard spheres there.
+    InaccurateEquation {
+        /// The densest height.
+        height: f64,
+        /// Packing fraction there.
+        packing_fraction: f64,
+        /// Its Z over that of the best equation ([`FluidSolid`](crate::equation_of_state::FluidSolid)), less 1.
+        deviation: f64,
+    },
     /// The density changes by of order 1 over a diameter, where a local equation of state is wrong.
     SteepGradient {
         /// Where it is steepest.
@@ -272,6 +281,12 @@ impl fmt::Display for Warning {
                 "outside the domain of the equation of state between heights {:.2} and {:.2}: packing fraction {:.4} is \
                  beyond {:.4}: take an equation that is valid there (FluidSolid)",
                 exit.lowest_height, exit.highest_height, exit.packing_fraction, exit.limit,
+            ),
+            Self::InaccurateEquation { height, packing_fraction, deviation } => write!(
+                formatter,
+                "inaccurate equation of state: Z is off by {:.2} % at height {height:.1} (packing fraction \
+                 {packing_fraction:.3}): take ModifiedKolafa or FluidSolid",
+                100.0 * deviation,
             ),
             Self::SteepGradient { height, slope, share } => write!(
                 formatter,

@@ -101,8 +101,10 @@ mod tests {
             assert!(warned_of(length, 8.0, 1.0)[0] > 0.7);
             let [any, drift] = warned_of(length, 64.0, 1.0);
             assert!(any < 0.02 && drift < 0.005, "{any} {drift}");
-            // Quieter than equilibrium by a factor of five: always, though the series looks like many numbers.
-            assert!(warned_of(length, 64.0, 5.0)[0] > 0.99);
+            // Quieter than equilibrium by a factor of eight, twice what is allowed: always, though the series looks like
+            // many numbers, whose variance scatters by 18 %. By a factor of two: no more often than otherwise.
+            assert!(warned_of(length, 64.0, 8.0)[0] > 0.99);
+            assert!(warned_of(length, 64.0, 2.0)[0] < 0.02);
         }
         // The shortest series that is judged.
         assert!(warned_of(32, 16.0, 1.0)[1] < 0.01);

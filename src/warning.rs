@@ -122,6 +122,15 @@ pub enum Warning {
         /// Fewest blocks of frames in which one of them was occupied.
         blocks: usize,
     },
+    /// Bins over which the density changes too much to be compared with a local equation of state by their means.
+    WideBins {
+        /// Height of a bin.
+        bin_width: f64,
+        /// Middle of the worst.
+        height: f64,
+        /// Estimate of the relative error of P/(nT) there: (Δx d ln n/dx)²/24.
+        bias: f64,
+    },
     /// An equation of state is used outside its domain.
     OutsideDomain {
         /// Where and how far.
@@ -275,6 +284,12 @@ impl fmt::Display for Warning {
                 formatter,
                 "thin bins: {bins} between heights {lowest_height:.2} and {highest_height:.2} held a sphere in as few as \
                  {blocks} blocks, too few for an error bar: take wider bins or run longer"
+            ),
+            Self::WideBins { bin_width, height, bias } => write!(
+                formatter,
+                "wide bins: over the {bin_width:.2} around height {height:.1} the density changes so much that P/(nT) of \
+                 its mean is off by some {:.1} %: take narrower bins",
+                100.0 * bias,
             ),
             Self::OutsideDomain { exit } => write!(
                 formatter,

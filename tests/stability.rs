@@ -15,7 +15,7 @@ use gradient_mc::equation_of_state::{
 };
 use gradient_mc::field::{ExponentialField, FieldFn, UniformField};
 use gradient_mc::moves::{EventChains, FieldEvent, LocalMoves, Moves};
-use gradient_mc::observers::{CenterOfMass, DensityProfile};
+use gradient_mc::observers::{CenterOfMass, DensityProfile, EquationOfStateProfile};
 use gradient_mc::start::{Compact, Positions, Start, Theory, Uniform};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal, TemperatureFn};
 use gradient_mc::{
@@ -232,8 +232,21 @@ fn feedback_that_is_wrong() {
     said.must_not(counting).must_not(changing).must_not(feedback);
 }
 
+/// P and n of a cold column in bins of a width.
+fn profile(bin_width: f64) -> EquationOfStateProfile {
+    let scene = column(1.5);
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let bins = (20.0 / bin_width) as usize;
+    let mut profile =
+        Every::new(5, EquationOfStateProfile::with_range(scene.slab(), 2.0, 22.0, bins).unwrap());
+    let mut simulation = Simulation::builder(scene).moves(EventChains::default()).build().unwrap();
+    simulation.equilibrate(200, &mut ()).unwrap();
+    simulation.run(400, &mut profile).unwrap();
+    profile.observer
+}
+
 #[test]
-fn bins_that_saw_nothing() {
+fn bins_that_see_nothing_or_too_much() {
     let scene = column(1.5);
     let mut fine = Every::new(5, DensityProfile::with_range(scene.slab(), 2.0, 20.0, 6000).unwrap());
     let mut coarse = Every::new(5, DensityProfile::with_range(scene.slab(), 2.0, 20.0, 36).unwrap());
@@ -246,6 +259,10 @@ fn bins_that_saw_nothing() {
         "{said:?}"
     );
     assert!(coarse.observer.warnings().is_empty(), "{:?}", coarse.observer.warnings());
+    // Five diameters, in which the density falls by a factor: P/(nT) of the mean is not that of any height.
+    let [wide, fit] = [5.0, 0.5].map(|width| profile(width).warnings());
+    assert!(matches!(wide[..], [.., Warning::WideBins { bias, .. }] if bias > 0.01), "{wide:?}");
+    assert!(!fit.iter().any(|warning| matches!(warning, Warning::WideBins { .. })), "{fit:?}");
 }
 
 /// What the theory of the paper's column says at a temperature.

@@ -52,7 +52,7 @@ impl<S, P: Start> Setup<S, P> {
 pub(crate) fn bins() -> Map {
     const BINS: [f64; 7] = [0.05, 0.1, 0.2, 0.5, 1.0, 2.0, 5.0];
     fn setup<S>(scheme: S) -> Setup<S, Theory> {
-        let length = Length { equilibration: 10_000, sweeps: 40_000 };
+        let length = Length { equilibration: 10_000, sweeps: 25_000 };
         // 0.75, the paper's; the slab is wide enough.
         Setup { scheme, start: Theory, moves: LocalMoves::tuned().into(), length, range: [3.0, 9.0] }
     }

@@ -22,7 +22,7 @@ fn isothermal(
 ) -> Result<Findings, Failure> {
     let scene = column::scene(height, WIDTH, COLUMN_DENSITY, field, Isothermal::new(temperature)?)?;
     let builder = Simulation::builder(scene).start(start).moves(EventChains::default()).seed(seed);
-    let run = run(builder.build()?, Length { equilibration: 1000, sweeps: 1500 })?;
+    let run = run(builder.build()?, Length { equilibration: 800, sweeps: 1000 })?;
     // The equation of state of the solid is good to half a per cent.
     let center = run.center_of_mass(theory(&scene)?.center_of_mass(), 0.03)?;
     Ok(run.with([center.tolerating(0.005, 0.005)]))
@@ -83,7 +83,7 @@ fn cooling(rate: f64, start: impl Start, seed: u64) -> Result<Findings, Failure>
     let scene = column::scene(140.0, WIDTH, COLUMN_DENSITY, UniformField::default(), temperature)?;
     let builder = Simulation::builder(scene).scheme(SelfConsistent::default()).start(start);
     let simulation = builder.moves(EventChains::default()).seed(seed).build()?;
-    let run = run(simulation, Length { equilibration: 1500, sweeps: 1500 })?;
+    let run = run(simulation, Length { equilibration: 1200, sweeps: 1200 })?;
     let theory = theory(&scene)?;
     let center = run.center_of_mass(theory.center_of_mass(), 0.05)?.tolerating(0.01, 0.01);
     // Above the layers at the base and below the steep top.

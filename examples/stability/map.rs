@@ -86,7 +86,7 @@ impl Map {
         work: impl Fn(u64) -> Result<Findings, Failure> + Send + Sync + 'static,
     ) {
         let label = match parameter {
-            large if large >= 1e4 => format!("{large:e}"),
+            far if far != 0.0 && !(1e-3..1e4).contains(&far) => format!("{far:e}"),
             number => number.to_string(),
         };
         self.add_labelled(series, parameter, &label, work);

@@ -65,7 +65,7 @@ fn columns(map: &Measured) -> Vec<(f64, &str)> {
 }
 
 fn bare(place: Place, width: f64, height: f64) -> Panel {
-    Panel::new(place, Axis::new("", 0.0, width), Axis::new("", height, 0.0)).without_axes()
+    Panel::new(place, Axis::new("", 0.0, width), Axis::new("", -height, 0.0)).without_axes()
 }
 
 fn legend(total: f64) -> Panel {
@@ -81,9 +81,11 @@ fn legend(total: f64) -> Panel {
         );
     }
     panel
-        .note(74.0, 0.5, "error in % of the true value   ▲ the program said so", colors::INK)
-        .line("", colors::INK, Mark::Line, frame([94.0, 99.0], [0.05, 0.95]))
-        .note(96.5, 0.5, "silent", colors::INK)
+        .note(67.0, -0.5, "numbers: error in %", colors::INK)
+        .cells([Cell { x: [77.0, 78.5], y: [-0.95, -0.05], color: colors::INK }])
+        .note(84.0, -0.5, "the program said so", colors::INK)
+        .line("", colors::INK, Mark::Line, frame([91.5, 99.0], [-0.95, -0.05]))
+        .note(95.25, -0.5, "silent failure", colors::INK)
 }
 
 fn frame([left, right]: [f64; 2], [low, high]: [f64; 2]) -> [(f64, f64); 5] {
@@ -95,20 +97,24 @@ fn panel(map: &Measured, place: Place) -> Panel {
     let width = columns.len() as f64;
     // The names of the rows stand left of zero.
     let head = width * HEAD / (1.0 - HEAD);
-    let mut panel = bare(place, head + width, rows.len() as f64 + 1.0)
-        .with_title(&format!("{}: {}", map.title, map.parameter));
+    let mut panel = bare(place, head + width, rows.len() as f64 + 1.0).with_title(map.title).note(
+        0.5 * head,
+        -0.5,
+        map.parameter,
+        colors::GREY,
+    );
     for (column, (_, label)) in columns.iter().enumerate() {
-        panel = panel.note(head + column as f64 + 0.5, 0.5, label, colors::INK);
+        panel = panel.note(head + column as f64 + 0.5, -0.5, label, colors::INK);
     }
     for (row, name) in rows.iter().enumerate() {
-        let top = row as f64 + 1.0;
-        panel = panel.note(0.5 * head, top + 0.5, name, colors::INK);
+        let top = -(row as f64 + 1.0);
+        panel = panel.note(0.5 * head, top - 0.5, name, colors::INK);
         for point in map.points.iter().filter(|point| point.series == *name) {
             let Some(column) = columns.iter().position(|(parameter, _)| *parameter == point.parameter) else {
                 continue;
             };
             let left = head + column as f64;
-            let (x, y) = ([left + 0.02, left + 0.98], [top + 0.04, top + 0.96]);
+            let (x, y) = ([left + 0.02, left + 0.98], [top - 0.96, top - 0.04]);
             panel = panel.cells([Cell { x, y, color: color(point.outcome) }]).note(
                 left + 0.5,
                 top + 0.5,
@@ -125,9 +131,7 @@ fn panel(map: &Measured, place: Place) -> Panel {
 
 /// What stands in a cell.
 fn words(point: &Point) -> String {
-    let mark = if point.said.is_empty() { "" } else { " ▲" };
-    let number = point.worst().map_or("no number".to_owned(), |quantity| percent(quantity.error.mean));
-    format!("{number}{mark}")
+    point.worst().map_or("no number".to_owned(), |quantity| percent(quantity.error.mean))
 }
 
 /// Two or three figures, with a true minus sign.

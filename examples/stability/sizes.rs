@@ -148,7 +148,7 @@ fn crowd(spheres: f64, chains: bool, seed: u64) -> Result<Findings, Failure> {
     let drift = center_of_mass.drift()?;
     quantity.drift = Some(Estimate::new(drift.mean / truth, drift.standard_error / truth));
     let remark = format!(
-        "{:.0} ns per move, {} bytes per sphere",
+        "{:.0} ns per move, {} bytes more per sphere",
         1e9 * seconds / (made.trials + made.events).max(1) as f64,
         bytes.map_or("?".into(), |bytes| format!("{bytes:.0}")),
     );

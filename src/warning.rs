@@ -215,6 +215,7 @@ impl fmt::Display for MixingEvidence {
 }
 
 impl fmt::Display for Warning {
+    #[allow(clippy::too_many_lines, reason = "one arm for each variant")]
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::TooShort { sweeps, needed } => write!(

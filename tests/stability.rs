@@ -315,9 +315,20 @@ fn gradients_that_are_too_steep_for_a_local_theory() {
     run(scene, EquationOfStateClosure::default(), Theory, EventChains::default(), [10, 400]).must(steep);
 }
 
+/// Where something jumps.
+const STEP: f64 = 4.0;
+
+/// A potential that jumps.
+struct Barrier;
+
+impl Field for Barrier {
+    fn potential(&self, height: f64) -> f64 {
+        if height < STEP { height } else { height + 2.0 }
+    }
+}
+
 #[test]
 fn jumps_of_a_users_own() {
-    const STEP: f64 = 4.0;
     // A temperature that halves: the field of the theory is right over the jump, wherever its bins are. For an ideal gas
     // u rises by −∫T d(1/T) = ln ½, and falls by what gravity does.
     let temperature = TemperatureFn(|height: f64| if height < STEP { 6.0 } else { 3.0 });
@@ -325,7 +336,7 @@ fn jumps_of_a_users_own() {
     for bin_width in [0.1, 0.13] {
         let drive = EquationOfStateClosure::new(IdealGas).bin_width(bin_width).drive(&jump).unwrap();
         let [below, above] = [STEP - 0.5, STEP + 0.5].map(|height| drive.reduced_potential(&jump, height));
-        let expected = 0.5 / 6.0 + 0.5 / 3.0 - 2f64.ln();
+        let expected = 0.5 / 6.0 + 0.5 / 3.0 - std::f64::consts::LN_2;
         assert!((above - below - expected).abs() < 0.01, "{} against {expected}", above - below);
     }
     let said = run(jump, SelfConsistent::default(), Theory, EventChains::default(), [200, 400]);
@@ -345,12 +356,6 @@ fn jumps_of_a_users_own() {
         FieldFn::new(|height: f64| if (height - STEP).abs() < 5e-3 { 200.0 } else { 1.0 }, &slab).unwrap();
     let spike = Scene::new(slab, 1, spike, Isothermal::new(2.0).unwrap()).map(drop);
     assert!(matches!(spike, Err(Error::InconsistentField { .. })), "{spike:?}");
-    struct Barrier;
-    impl Field for Barrier {
-        fn potential(&self, height: f64) -> f64 {
-            if height < STEP { height } else { height + 2.0 }
-        }
-    }
     let barrier = Scene::new(slab, 1, Barrier, Isothermal::new(2.0).unwrap()).map(drop);
     assert!(matches!(barrier, Err(Error::InconsistentField { .. })), "{barrier:?}");
 }
@@ -376,19 +381,27 @@ fn starts_that_do_not_fit() {
 
 #[test]
 fn positions_of_single_precision() {
-    // Two spheres that touch in single precision and overlap by 3·10⁻⁸ in double: the library does not go on from there.
-    let (x, y) = (0.6_f32, 0.8_f32);
-    assert!(x * x + y * y >= 1.0);
-    let (a, b) = (Vector3::new(1.0, 1.0, 1.0), Vector3::new(1.0 + f64::from(x), 1.0 + f64::from(y), 1.0));
-    assert!((a - b).norm() != 1.0);
+    // Two spheres that touch in single precision and overlap in double: the library does not go on from there.
+    let [x, y] = (0_u16..1000)
+        .map(|step| {
+            let x = 0.6 + f32::from(step) * 1e-4;
+            [x, (1.0 - x * x).sqrt()]
+        })
+        .find(|[x, y]| x * x + y * y >= 1.0 && f64::from(*x).hypot(f64::from(*y)) < 1.0)
+        .unwrap();
     let slab = Slab::new(20.0, 4.0, 4.0).unwrap();
-    let start = |b: Vector3<f64>| {
+    let start = |apart: f64| {
         let scene = Scene::new(slab, 2, UniformField::default(), Isothermal::new(2.0).unwrap()).unwrap();
-        Simulation::builder(scene).start(Positions(vec![a, b])).build().map(drop)
+        let first = Vector3::new(1.0, 1.0, 1.0);
+        let second = first + apart * Vector3::new(f64::from(x), f64::from(y), 0.0);
+        Simulation::builder(scene).start(Positions(vec![first, second])).build().map(drop)
     };
-    let shorter = a + (b - a).normalize() * (1.0 - 3e-8);
-    assert!(matches!(start(shorter), Err(Error::Overlap { first: 0, second: 1, .. })));
-    assert!(start(a + (b - a).normalize() * (1.0 + 3e-8)).is_ok());
+    let overlap = start(1.0);
+    assert!(
+        matches!(overlap, Err(Error::Overlap { first: 0, second: 1, distance }) if distance > 1.0 - 1e-6),
+        "{overlap:?}"
+    );
+    assert!(start(1.0 + 1e-6).is_ok());
 }
 
 #[test]

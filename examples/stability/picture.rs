@@ -60,7 +60,7 @@ fn columns(map: &Measured) -> Vec<(f64, &str)> {
     let mut columns: Vec<(f64, &str)> =
         map.points.iter().map(|point| (point.parameter, &point.label[..])).collect();
     columns.sort_by(|a, b| a.0.total_cmp(&b.0));
-    columns.dedup_by(|a, b| a.0 == b.0);
+    columns.dedup_by(|a, b| a.1 == b.1);
     columns
 }
 
@@ -110,7 +110,7 @@ fn panel(map: &Measured, place: Place) -> Panel {
         let top = -(row as f64 + 1.0);
         panel = panel.note(0.5 * head, top - 0.5, name, colors::INK);
         for point in map.points.iter().filter(|point| point.series == *name) {
-            let Some(column) = columns.iter().position(|(parameter, _)| *parameter == point.parameter) else {
+            let Some(column) = columns.iter().position(|(_, label)| *label == point.label) else {
                 continue;
             };
             let left = head + column as f64;

@@ -27,6 +27,7 @@ fn local(slab: &Slab) -> Result<Moves, gradient_mc::Error> {
     Ok(LocalMoves::mixture(&[0.5, 1.5], slab)?.into())
 }
 
+#[allow(clippy::unnecessary_wraps, reason = "as the other maker")]
 fn chains(_: &Slab) -> Result<Moves, gradient_mc::Error> {
     Ok(EventChains::default().into())
 }

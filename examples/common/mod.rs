@@ -7,11 +7,13 @@ pub(crate) mod accuracy;
 pub(crate) mod arguments;
 pub(crate) mod clock;
 pub(crate) mod figure;
+pub(crate) mod groups;
 pub(crate) mod interrupt;
 pub(crate) mod output;
 pub(crate) mod progress;
 pub(crate) mod replicas;
 pub(crate) mod table;
+pub(crate) mod verdict;
 pub(crate) mod warnings;
 
 use std::process::ExitCode;

@@ -26,7 +26,10 @@ pub struct Equilibration {
 ///
 /// The rule always finds a start, in a series that never settles as well. Here it must be in the first half, and
 /// the rest 50 τ long. What it cannot see is a relaxation that is slower than the
-/// series, or one under noise that is anticorrelated: starts from both sides are still needed.
+/// series, or one under noise that is anticorrelated: starts from both sides are still needed. And a large fall that is *faster*
+/// than the fluctuations after it has a shorter τ than they have, so that keeping it makes the numbers look independent: a column
+/// that falls by a hundred standard deviations within twenty sweeps and then remembers a hundred is not cut. Begin such a series
+/// after its fall.
 ///
 /// ```
 /// use gradient_mc::statistics::equilibration;

@@ -220,7 +220,7 @@ impl Contest {
     }
 
     /// The largest deviation of the homogeneous runs from the modified Kolafa equation, over packing fractions, in standard errors of the
-    /// mean over replicas (of their longest runs), and relative; and the largest of these errors, relative.
+    /// mean over replicas (of their longest runs; the larger of what blocks and scatter say), and relative; and the largest of these errors, relative.
     pub(crate) fn agreement(&self, way: Way) -> [f64; 3] {
         let mut largest = [0.0; 3];
         for (_, runs) in self.homogeneous.iter().filter(|(own, _)| *own == way) {
@@ -230,13 +230,35 @@ impl Contest {
                 let count = last.len() as f64;
                 let mean = last.iter().map(|factor| factor.mean).sum::<f64>() / count;
                 let squares = last.iter().map(|factor| factor.standard_error * factor.standard_error);
-                let error = squares.sum::<f64>().sqrt() / count;
+                let blocking = squares.sum::<f64>().sqrt() / count;
+                let scatter =
+                    last.iter().map(|factor| (factor.mean - mean) * (factor.mean - mean)).sum::<f64>();
+                // Blocks of a short run may be too short.
+                let error = blocking.max((scatter / (count * (count - 1.0))).sqrt());
                 let theory = ModifiedKolafa.compressibility_factor(packing_fraction(index));
                 let found = [(mean - theory).abs() / error, (mean / theory - 1.0).abs(), error / theory];
                 largest = [0, 1, 2].map(|part| f64::max(largest[part], found[part]));
             }
         }
         largest
+    }
+
+    /// Of the longest gradient runs at each temperature: the deviation of Z from the modified Kolafa equation at each
+    /// packing fraction of the nine, its mean over replicas and the error of that by their scatter.
+    pub(crate) fn gradient_deviations(&self) -> Vec<(f64, Vec<(f64, Estimate)>)> {
+        let grid: Vec<f64> = Task::NINE.indices().map(packing_fraction).collect();
+        let of = |replicas: &[Vec<Yield>]| {
+            let last = replicas.iter().filter_map(|yields| yields.last());
+            let all: Vec<Vec<f64>> = last.map(|own| own.deviations(&grid, Task::NINE.spacing())).collect();
+            let count = all.len() as f64;
+            let estimates = grid.iter().enumerate().map(|(index, &eta)| {
+                let mean = all.iter().map(|own| own[index]).sum::<f64>() / count;
+                let squares: f64 = all.iter().map(|own| (own[index] - mean) * (own[index] - mean)).sum();
+                (eta, Estimate::new(mean, (squares / (count * (count - 1.0))).sqrt()))
+            });
+            estimates.collect()
+        };
+        self.gradients.iter().map(|(temperature, replicas)| (*temperature, of(replicas))).collect()
     }
 
     /// The densest bin of the longest gradient runs at each temperature, and the number of spheres.

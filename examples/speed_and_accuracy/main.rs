@@ -211,6 +211,7 @@ fn conclude_from(
             "gradient at T = {temperature}: {particles} spheres, packing fraction up to {densest:.3} above the layers"
         );
     }
+    println!("\n{}", report::deviations_table(contest));
     for target in [4.0 * target, 2.0 * target, target, 0.5 * target] {
         println!("\n{}", report::contest_table(contest, target, true));
     }

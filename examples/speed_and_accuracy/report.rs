@@ -182,6 +182,23 @@ pub(crate) fn contest_table(contest: &Contest, target: f64, from_scratch: bool) 
     table
 }
 
+/// Where the gradient runs are off.
+pub(crate) fn deviations_table(contest: &Contest) -> Table {
+    let rows = contest.gradient_deviations();
+    let mut head = vec!["Z/Z(KLM) − 1 of the longest gradient runs, %, at".to_owned()];
+    if let Some((_, deviations)) = rows.first() {
+        head.extend(deviations.iter().map(|(eta, _)| eta.to_string()));
+    }
+    let mut table = Table::new(head);
+    for (temperature, deviations) in rows {
+        let cells = deviations.iter().map(|(_, deviation)| {
+            format!("{:.2} ± {:.2}", 100.0 * deviation.mean, 100.0 * deviation.standard_error)
+        });
+        table.row(&format!("T = {temperature}"), cells.collect::<Vec<_>>());
+    }
+    table
+}
+
 /// CPU seconds to a target of the best gradient and of the best homogeneous way; none where it is not even near.
 pub(crate) fn best(
     contest: &Contest,

@@ -152,7 +152,7 @@ impl Verdict {
             self.claim(
                 homogeneous.is_some_and(|(_, time)| !time.extrapolated),
                 format!(
-                    "equation of state at {} packing fractions is known to {} % after: homogeneous {}; gradient {}",
+                    "equation of state at {} packing fractions is known to {} % after: {}; {}",
                     task.label(),
                     100.0 * target,
                     words(homogeneous),

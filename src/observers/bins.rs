@@ -57,6 +57,10 @@ impl Bins {
         self.count
     }
 
+    pub(super) fn lowest_center(&self) -> f64 {
+        self.slab.lowest_center()
+    }
+
     pub(super) fn base_area(&self) -> f64 {
         self.slab.base_area()
     }

@@ -115,6 +115,11 @@ impl DensityProfile {
         })
     }
 
+    /// Where centres begin.
+    pub(super) fn lowest_center(&self) -> f64 {
+        self.bins.lowest_center()
+    }
+
     /// Adds what an independent replica of the scene has seen.
     ///
     /// # Errors

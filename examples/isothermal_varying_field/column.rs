@@ -135,13 +135,24 @@ pub(crate) fn pooled<'a>(
     Ok(sum)
 }
 
-/// The parts of the series after the equilibration that the data show, of all runs; what the error says if one has none.
-pub(crate) fn plateau(runs: &[Run]) -> Result<CenterOfMass, Error> {
+/// What is left of the series of all runs after the equilibration that the data show, and where it begins in each; where
+/// a series is too short for that, after `equilibration` sweeps, and no beginning.
+pub(crate) fn plateau(runs: &[Run], equilibration: u64) -> Result<(CenterOfMass, Vec<Option<u64>>), Error> {
     let mut sum = CenterOfMass::new();
+    let mut beginnings = Vec::new();
     for run in runs {
-        sum.merge(&run.center_of_mass.equilibrated()?)?;
+        let (rest, beginning) = match run.center_of_mass.equilibrated() {
+            Ok(rest) => {
+                let first = rest.sweeps().first().copied();
+                (rest, first)
+            }
+            Err(Error::NotEquilibrated { .. }) => (run.center_of_mass.since(equilibration), None),
+            Err(error) => return Err(error),
+        };
+        sum.merge(&rest)?;
+        beginnings.push(beginning);
     }
-    Ok(sum)
+    Ok((sum, beginnings))
 }
 
 /// Processor time of this thread, since others may want the same core.

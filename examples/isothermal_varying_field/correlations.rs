@@ -36,10 +36,15 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
             error: point.radial_distribution.standard_error,
         }),
     );
+    let mut largest = 1.0_f64;
+    for (_, angles) in &crystal.angles {
+        let points = angles.points()?;
+        largest = points.iter().map(|point| point.angular_distribution.mean).fold(largest, f64::max);
+    }
     let mut angular = Panel::new(
         Place { left: 0.5, top: 0.08, width: 0.5, height: 0.92 },
         Axis::new("angle between two neighbours / degrees", 0.0, 360.0).with_numbers(7),
-        Axis::new("g(θ)", 0.0, 5.5),
+        Axis::new("g(θ)", 0.0, 1.5 * largest),
     )
     .with_title("neighbours within 1.2 d, in layers at x")
     .with_legend(Corner::TopRight);
@@ -76,25 +81,29 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
     )
 }
 
-/// The highest point between two distances.
+/// The centroid of a peak between two distances.
 fn peak(points: &[RadialDistributionPoint], low: f64, high: f64) -> f64 {
     let inside = points.iter().filter(|point| (low..high).contains(&point.distance));
-    let highest = inside
-        .max_by(|first, second| first.radial_distribution.mean.total_cmp(&second.radial_distribution.mean));
-    highest.map_or(f64::NAN, |point| point.distance)
+    // Weighted by g and not by the number of pairs, which grows with the circumference.
+    let (weight, moment) = inside.fold((0.0, 0.0), |(weight, moment), point| {
+        let value = point.radial_distribution.mean;
+        (weight + value, moment + value * point.distance)
+    });
+    moment / weight
 }
 
 pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Failure> {
     let crystal = results.shown()?;
     let radial = crystal.first_layer.points()?;
-    let first = peak(&radial, 0.9, 1.5);
-    let second = peak(&radial, 1.5, 2.05);
+    // The second peak ends half way to the third, at 2.
+    let first = peak(&radial, 0.9, 1.45);
+    let second = peak(&radial, 1.5 * first, 0.5 * (3.0_f64.sqrt() + 2.0) * first);
     verdicts.between(
         "11 left",
         "second peak of g(r) over the first (hexagonal: 1.732)",
         Estimate::new(second / first, 0.0),
-        1.6,
-        1.85,
+        1.68,
+        1.78,
     );
     for (index, (height, angles)) in crystal.angles.iter().enumerate() {
         // How much more often neighbours are 60, 120, ... degrees apart than 30, 90, ...

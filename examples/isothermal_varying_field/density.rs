@@ -136,9 +136,8 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
 
 pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Failure> {
     for fluid in &results.fluids {
-        // Ranges of four diameters in which every equation of state says the same within a per cent.
-        let dense: Vec<[f64; 2]> = ranges(fluid, 0.05, 10.0);
-        let dilute: Vec<[f64; 2]> = ranges(fluid, 0.0005, 0.004);
+        let dense: Vec<[f64; 2]> = ranges(fluid, 2.0, [0.1, 10.0]);
+        let dilute: Vec<[f64; 2]> = ranges(fluid, 1.0, [0.0005, 0.004]);
         let largest = |ranges: &[[f64; 2]], theory: &dyn Fn(f64) -> f64| -> Result<Estimate, Failure> {
             let means = fluid.profile.jackknife(|states| mean_densities(states, ranges))?;
             let off = means.iter().zip(ranges).map(|(mean, &[low, high])| {
@@ -154,8 +153,7 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
             largest.ok_or_else(|| "no range of heights is that dense".into())
         };
         let bulk = largest(&dense, &|height| fluid.theory.number_density(height))?;
-        let claim =
-            format!("{}: largest deviation of n from theory, x > 8 and n > 0.05, in %", fluid.label());
+        let claim = format!("{}: largest deviation of n from theory, x > 8 and n > 0.1, in %", fluid.label());
         verdicts.between("8a", &claim, bulk, -2.0, 2.0);
         let ideal = ideal_gas(fluid)?;
         let tail = largest(&dilute, &ideal)?;
@@ -170,17 +168,16 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
     Ok(())
 }
 
-/// Ranges of heights above the layers, as high as fits the steepness, where the theory is between two densities.
-fn ranges(fluid: &Fluid, least: f64, most: f64) -> Vec<[f64; 2]> {
-    const HEIGHT: f64 = 2.0;
+/// Ranges of heights above the layers, each so high, where the theory is between two densities.
+fn ranges(fluid: &Fluid, height: f64, [least, most]: [f64; 2]) -> Vec<[f64; 2]> {
     let mut found = Vec::new();
     let mut low = BULK_BEGINS;
-    while low + HEIGHT < Protocol::HEIGHT {
-        let density = |height: f64| fluid.theory.number_density(height);
-        if density(low) <= most && density(low + HEIGHT) >= least {
-            found.push([low, low + HEIGHT]);
+    while low + height < Protocol::HEIGHT {
+        let density = |at: f64| fluid.theory.number_density(at);
+        if density(low) <= most && density(low + height) >= least {
+            found.push([low, low + height]);
         }
-        low += HEIGHT;
+        low += height;
     }
     found
 }

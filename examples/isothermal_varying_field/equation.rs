@@ -1,13 +1,15 @@
 //! Figure 13: P/T against packing fraction.
 
-use super::results::{COLORS, Fluid, Results};
+use super::crystal::Crystal;
+use super::protocol::Protocol;
+use super::results::{Fluid, Results, color_of};
 use crate::common::Failure;
 use crate::common::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use crate::common::output::write_csv;
 use crate::common::verdict::Verdicts;
 use gradient_mc::EquationOfState;
 use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa, number_density};
-use gradient_mc::observers::BinState;
+use gradient_mc::observers::{BinState, EquationOfStateProfile};
 use gradient_mc::statistics::Estimate;
 use std::path::Path;
 
@@ -27,18 +29,14 @@ pub(crate) struct Band {
 }
 
 /// Ranges of the bulk, one diameter each.
-pub(crate) fn bands(
-    profile: &gradient_mc::observers::EquationOfStateProfile,
-    begin: f64,
-    end: f64,
-) -> Result<Vec<Band>, Failure> {
+pub(crate) fn bands(profile: &EquationOfStateProfile, begin: f64, end: f64) -> Result<Vec<Band>, Failure> {
     let mut ranges = Vec::new();
     let mut low = begin;
     while low + 1.0 <= end {
         ranges.push([low, low + 1.0]);
         low += 1.0;
     }
-    let temperature = super::protocol::Protocol::TEMPERATURE;
+    let temperature = Protocol::TEMPERATURE;
     let mean = |states: &[BinState], [low, high]: [f64; 2], value: fn(&BinState) -> f64| {
         let inside = states.iter().filter(|state| (low..high).contains(&state.height));
         let (sum, count) = inside.fold((0.0, 0), |(sum, count), state| (sum + value(state), count + 1));
@@ -67,8 +65,7 @@ fn of_fluid(fluid: &Fluid) -> Result<Vec<Band>, Failure> {
 }
 
 /// What lies above the crystal: fluid too, once the layers over the front are left out.
-fn of_crystal(results: &Results) -> Result<Vec<Band>, Failure> {
-    let crystal = results.shown()?;
+fn of_crystal(crystal: &Crystal) -> Result<Vec<Band>, Failure> {
     bands(&crystal.profile, (crystal.fronts()?.bonds.mean + 3.0).ceil(), 42.0)
 }
 
@@ -102,12 +99,15 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
     for fluid in &results.fluids {
         all.push((fluid.column.rate, of_fluid(fluid)?));
     }
-    all.push((super::protocol::Protocol::CRYSTAL_RATE, of_crystal(results)?));
-    for ((rate, bands), color) in all.iter().zip(COLORS.iter().skip(COLORS.len() - all.len())) {
+    if let Some(crystal) = results.crystals.first() {
+        all.push((Protocol::CRYSTAL_RATE, of_crystal(crystal)?));
+    }
+    for (rate, bands) in &all {
+        let color = color_of(*rate);
         let label = format!("α = {rate}");
         pressure = pressure.points(
             &label,
-            *color,
+            color,
             Mark::Points,
             bands.iter().map(|band| Point {
                 x: band.packing_fraction,
@@ -117,7 +117,7 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
         );
         deviation = deviation.points(
             "",
-            *color,
+            color,
             Mark::Points,
             bands.iter().map(|band| Point {
                 x: band.packing_fraction,

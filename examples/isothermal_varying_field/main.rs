@@ -58,12 +58,12 @@ enum Outcome {
 /// All tasks, the longest first.
 fn tasks(protocol: &Protocol, part: Part) -> Vec<Task> {
     let mut tasks = Vec::new();
-    for (base, index) in protocol.crystal_bases.iter().zip(0..) {
+    for (base, index) in protocol.crystal_bases.iter().filter(|_| part.crystals()).zip(0..) {
         for crystal in 0..protocol.crystals {
             tasks.push(Task::Crystal(*base, protocol.seed(1000 * (index + 1) + crystal)));
         }
     }
-    if part == Part::Crystal {
+    if !part.fluids() {
         return tasks;
     }
     for (rate, index) in Protocol::FLUID_RATES.into_iter().zip(0..) {
@@ -130,29 +130,34 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     }
     let results = collect(done?, &protocol)?;
     let mut verdicts = Verdicts::new();
-    if arguments.part == Part::All {
+    if arguments.part.fluids() {
         relaxation::draw(&results, &directory)?;
         relaxation::judge(&results, &mut verdicts);
         density::draw(&results, &directory)?;
         density::judge(&results, &mut verdicts)?;
     }
-    layers::draw(&results, &directory)?;
-    layers::judge(&results, &mut verdicts)?;
-    positions::draw(&results, &directory)?;
-    positions::judge(&results, &mut verdicts)?;
-    correlations::draw(&results, &directory)?;
-    correlations::judge(&results, &mut verdicts)?;
+    if arguments.part.crystals() {
+        layers::draw(&results, &directory)?;
+        layers::judge(&results, &mut verdicts)?;
+        positions::draw(&results, &directory)?;
+        positions::judge(&results, &mut verdicts)?;
+        correlations::draw(&results, &directory)?;
+        correlations::judge(&results, &mut verdicts)?;
+    }
     mobility::draw(&results, &directory)?;
     mobility::judge(&results, &mut verdicts)?;
-    if arguments.part == Part::All {
-        equation::draw(&results, &directory)?;
-        equation::judge(&results, &mut verdicts)?;
+    equation::draw(&results, &directory)?;
+    equation::judge(&results, &mut verdicts)?;
+    if arguments.part.crystals() {
+        growth::draw(&results, &directory)?;
+        growth::judge(&results, &mut verdicts)?;
+        println!("\n{}", growth::table(&results)?);
     }
-    growth::draw(&results, &directory)?;
-    growth::judge(&results, &mut verdicts)?;
     verdicts.write_csv(&directory)?;
-    println!("\n{}", growth::table(&results)?);
-    println!("{verdicts}");
+    for fluid in &results.fluids {
+        println!("{}: {}", fluid.label(), describe(fluid));
+    }
+    println!("\n{verdicts}");
     println!(
         "{}; processor time {:.0} s; written to {}",
         in_words(started.elapsed()),
@@ -171,7 +176,7 @@ fn announce(protocol: &Protocol, arguments: &Arguments) {
         Protocol::HEIGHT,
         arguments.shared.seed
     );
-    if arguments.part == Part::All {
+    if arguments.part.fluids() {
         let (relaxation, base) = (protocol.relaxation_base, protocol.base);
         println!(
             "fluid, α = {:?}: relaxation by local moves, S = 0.75, base {relaxation} ({} spheres), {} sweeps",
@@ -190,6 +195,9 @@ fn announce(protocol: &Protocol, arguments: &Arguments) {
             );
         }
     }
+    if !arguments.part.crystals() {
+        return;
+    }
     let bases: Vec<String> =
         protocol.crystal_bases.iter().map(|base| format!("{base} ({} spheres)", base.particles())).collect();
     println!(
@@ -200,6 +208,21 @@ fn announce(protocol: &Protocol, arguments: &Arguments) {
         protocol.growth.describe(),
         protocol.growth_sweeps
     );
+}
+
+/// Where a column came to rest, and when.
+fn describe(fluid: &Fluid) -> String {
+    let beginnings = fluid.beginnings.iter().map(|beginning| {
+        beginning.map_or("unknown, cut where the measurement begins".to_owned(), |sweep| sweep.to_string())
+    });
+    format!(
+        "h_c = {} at rest, hydrostatics {:.3}; steady by the data from sweep {}; {:.1} s for the relaxation, {:.1} s for the rest",
+        fluid.plateau,
+        fluid.theory.center_of_mass(),
+        beginnings.collect::<Vec<String>>().join(", "),
+        fluid.relaxation.busy.as_secs_f64(),
+        fluid.runs.iter().map(|run| run.busy).sum::<Duration>().as_secs_f64()
+    )
 }
 
 /// Puts together what belongs together.
@@ -221,7 +244,8 @@ fn collect(outcomes: Vec<Outcome>, protocol: &Protocol) -> Result<Results, Failu
             runs.push(relaxation.clone());
         }
         let column = Column { rate, base: protocol.base };
-        fluids.push(Fluid::new(column, relaxation, runs, protocol.seed(900 + index))?);
+        let equilibration = if protocol.paper { 500_000 } else { Protocol::steady_state().equilibration };
+        fluids.push(Fluid::new(column, relaxation, runs, equilibration, protocol.seed(900 + index))?);
     }
     Ok(Results { fluids, crystals, paper: protocol.paper })
 }

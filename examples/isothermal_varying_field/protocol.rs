@@ -28,7 +28,7 @@ pub(crate) struct Arguments {
     #[arg(long)]
     pub(crate) width: Option<f64>,
 
-    /// Base of a crystal, as 8.7x7.6; may be given several times [default: 8.72x7.552; with --paper: 25x25]
+    /// Base of a crystal, as 8.6x9.4; may be given several times [default: 8.64x9.353; with --paper: 25x25]
     #[arg(long)]
     pub(crate) base: Vec<Base>,
 
@@ -50,8 +50,20 @@ pub(crate) struct Arguments {
 pub(crate) enum Part {
     /// The three fluid columns and the crystal: every figure
     All,
-    /// The crystal alone: figures 9 to 11 and its part of figure 12
-    Crystal,
+    /// The fluid columns alone: figures 7, 8 and 13, and their part of figure 12
+    Fluids,
+    /// The crystals alone: figures 9 to 11, and their part of figures 12 and 13
+    Crystals,
+}
+
+impl Part {
+    pub(crate) fn fluids(self) -> bool {
+        self != Self::Crystals
+    }
+
+    pub(crate) fn crystals(self) -> bool {
+        self != Self::Fluids
+    }
 }
 
 /// How a crystal is grown from the random start.
@@ -183,7 +195,7 @@ impl Protocol {
         };
         let mut crystal_bases = arguments.base.clone();
         if crystal_bases.is_empty() {
-            crystal_bases.push(Base(if paper { [25.0, 25.0] } else { [8.72, 7.552] }));
+            crystal_bases.push(Base(if paper { [25.0, 25.0] } else { [8.64, 9.353] }));
         }
         if arguments.crystals == 0 {
             return Err("--crystals must be at least 1".into());

@@ -22,19 +22,29 @@ pub(crate) struct Fluid {
     pub(crate) profile: EquationOfStateProfile,
     /// Of `h_c`, after the equilibration that the data show.
     pub(crate) plateau: Estimate,
+    /// The sweeps at which that was over, of each run, where the data show it.
+    pub(crate) beginnings: Vec<Option<u64>>,
     pub(crate) mobility: DisplacementProfile,
     pub(crate) theory: HydrostaticProfile,
 }
 
 impl Fluid {
-    pub(crate) fn new(column: Column, relaxation: Run, runs: Vec<Run>, seed: u64) -> Result<Self, Failure> {
+    pub(crate) fn new(
+        column: Column,
+        relaxation: Run,
+        runs: Vec<Run>,
+        equilibration: u64,
+        seed: u64,
+    ) -> Result<Self, Failure> {
         let profile = pooled(runs.iter().flat_map(|run| &run.profiles))?;
-        let plateau = plateau(&runs)?.estimate()?;
+        let (steady, beginnings) = plateau(&runs, equilibration)?;
+        let plateau = steady.estimate()?;
         let positions = &runs.first().ok_or("no run")?.positions;
         Ok(Self {
             column,
             profile,
             plateau,
+            beginnings,
             mobility: column.mobility(positions, seed)?,
             theory: column.theory(ModifiedKolafa)?,
             relaxation,
@@ -85,3 +95,11 @@ pub(crate) fn front_of(theory: &HydrostaticProfile) -> f64 {
 
 /// Colours of the four α, from the least to the largest.
 pub(crate) const COLORS: [RGBColor; 4] = [colors::BLUE, colors::GREEN, colors::PURPLE, colors::VERMILION];
+
+/// The colour of the α nearest to this one.
+pub(crate) fn color_of(rate: f64) -> RGBColor {
+    let rates = Protocol::FLUID_RATES.into_iter().chain([Protocol::CRYSTAL_RATE]);
+    let nearest =
+        rates.zip(COLORS).min_by(|first, second| (first.0 - rate).abs().total_cmp(&(second.0 - rate).abs()));
+    nearest.map_or(colors::INK, |(_, color)| color)
+}

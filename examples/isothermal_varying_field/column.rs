@@ -8,7 +8,7 @@ use crate::common::replicas::in_chunks;
 use gradient_mc::equation_of_state::EquationOfState;
 use gradient_mc::field::ExponentialField;
 use gradient_mc::hydrostatics::{HydrostaticProfile, Hydrostatics};
-use gradient_mc::observers::{CenterOfMass, DisplacementProfile, EquationOfStateProfile};
+use gradient_mc::observers::{BinState, CenterOfMass, DisplacementProfile, EquationOfStateProfile};
 use gradient_mc::start::{Positions, Start, Uniform};
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Error, Every, Scene, Simulation, Vector3};
@@ -135,18 +135,36 @@ pub(crate) fn pooled<'a>(
     Ok(sum)
 }
 
-/// What is left of the series of all runs after the equilibration that the data show, and where it begins in each; where
-/// a series is too short for that, after `equilibration` sweeps, and no beginning.
+/// Means of a quantity over the bins whose middles lie in ranges of heights; the states are in order.
+pub(crate) fn means_over(
+    states: &[BinState],
+    ranges: &[[f64; 2]],
+    value: impl Fn(&BinState) -> f64,
+) -> Vec<f64> {
+    let below = |height: f64| states.partition_point(|state| state.height < height);
+    let mean = |&[low, high]: &[f64; 2]| {
+        let inside = &states[below(low)..below(high)];
+        inside.iter().map(&value).sum::<f64>() / inside.len() as f64
+    };
+    ranges.iter().map(mean).collect()
+}
+
+/// What is left of the series of all runs after `equilibration` sweeps, and after what the data then still show of
+/// it; and where that begins, unless a series is too short to tell.
+///
+/// The fall from the random start is cut off first. It is so high that it hides everything else, and since it decays
+/// as slowly as the column forgets, a rule that maximises the number of independent heights takes it for one of many fluctuations.
 pub(crate) fn plateau(runs: &[Run], equilibration: u64) -> Result<(CenterOfMass, Vec<Option<u64>>), Error> {
     let mut sum = CenterOfMass::new();
     let mut beginnings = Vec::new();
     for run in runs {
-        let (rest, beginning) = match run.center_of_mass.equilibrated() {
+        let measured = run.center_of_mass.since(equilibration);
+        let (rest, beginning) = match measured.equilibrated() {
             Ok(rest) => {
                 let first = rest.sweeps().first().copied();
                 (rest, first)
             }
-            Err(Error::NotEquilibrated { .. }) => (run.center_of_mass.since(equilibration), None),
+            Err(Error::NotEquilibrated { .. }) => (measured, None),
             Err(error) => return Err(error),
         };
         sum.merge(&rest)?;

@@ -1,5 +1,6 @@
 //! Figure 13: P/T against packing fraction.
 
+use super::column::means_over;
 use super::crystal::Crystal;
 use super::protocol::Protocol;
 use super::results::{Fluid, Results, color_of};
@@ -9,7 +10,7 @@ use crate::common::output::write_csv;
 use crate::common::verdict::Verdicts;
 use gradient_mc::EquationOfState;
 use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa, number_density};
-use gradient_mc::observers::{BinState, EquationOfStateProfile};
+use gradient_mc::observers::EquationOfStateProfile;
 use gradient_mc::statistics::Estimate;
 use std::path::Path;
 
@@ -28,25 +29,20 @@ pub(crate) struct Band {
     deviations: [Estimate; 2],
 }
 
-/// Ranges of the bulk, one diameter each.
+/// Ranges of the bulk, each so wide.
 pub(crate) fn bands(profile: &EquationOfStateProfile, begin: f64, end: f64) -> Result<Vec<Band>, Failure> {
     let mut ranges = Vec::new();
     let mut low = begin;
-    while low + 1.0 <= end {
-        ranges.push([low, low + 1.0]);
-        low += 1.0;
+    while low + width <= end {
+        ranges.push([low, low + width]);
+        low += width;
     }
     let temperature = Protocol::TEMPERATURE;
-    let mean = |states: &[BinState], [low, high]: [f64; 2], value: fn(&BinState) -> f64| {
-        let inside = states.iter().filter(|state| (low..high).contains(&state.height));
-        let (sum, count) = inside.fold((0.0, 0), |(sum, count), state| (sum + value(state), count + 1));
-        sum / f64::from(count)
-    };
     let count = ranges.len();
     let values = profile.jackknife(|states| {
-        let density = ranges.iter().map(|&range| mean(states, range, |state| state.number_density));
-        let pressure = ranges.iter().map(|&range| mean(states, range, |state| state.pressure) / temperature);
-        density.chain(pressure).collect::<Vec<f64>>()
+        let mut values = means_over(states, &ranges, |state| state.number_density);
+        values.extend(means_over(states, &ranges, |state| state.pressure / temperature));
+        values
     })?;
     let starling = profile.deviations_over(&ranges, |eta| CarnahanStarling.compressibility_factor(eta))?;
     let kolafa = profile.deviations_over(&ranges, |eta| ModifiedKolafa.compressibility_factor(eta))?;
@@ -59,14 +55,26 @@ pub(crate) fn bands(profile: &EquationOfStateProfile, begin: f64, end: f64) -> R
     Ok(bands.filter(|band| number_density(band.packing_fraction) > LEAST_DENSITY).collect())
 }
 
-fn of_fluid(fluid: &Fluid) -> Result<Vec<Band>, Failure> {
+fn of_fluid(fluid: &Fluid, width: f64) -> Result<Vec<Band>, Failure> {
     let top = fluid.theory.height_of_fraction(0.9999);
-    bands(&fluid.profile, BULK_BEGINS, top)
+    bands(&fluid.profile, BULK_BEGINS, top, width)
 }
 
 /// What lies above the crystal: fluid too, once the layers over the front are left out.
-fn of_crystal(crystal: &Crystal) -> Result<Vec<Band>, Failure> {
-    bands(&crystal.profile, (crystal.fronts()?.bonds.mean + 3.0).ceil(), 42.0)
+fn of_crystal(crystal: &Crystal, width: f64) -> Result<Vec<Band>, Failure> {
+    bands(&crystal.profile, (crystal.fronts()?.bonds.mean + 3.0).ceil(), 42.0, width)
+}
+
+/// All columns with their α.
+fn all_bands(results: &Results, width: f64) -> Result<Vec<(f64, Vec<Band>)>, Failure> {
+    let mut all: Vec<(f64, Vec<Band>)> = Vec::new();
+    for fluid in &results.fluids {
+        all.push((fluid.column.rate, of_fluid(fluid, width)?));
+    }
+    if let Some(crystal) = results.crystals.first() {
+        all.push((Protocol::CRYSTAL_RATE, of_crystal(crystal, width)?));
+    }
+    Ok(all)
 }
 
 pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
@@ -95,14 +103,9 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
     .line("Carnahan–Starling", colors::INK, Mark::Line, ratio)
     .line("modified Kolafa", colors::GREY, Mark::Dashed, [(0.0, 0.0), (0.5, 0.0)]);
     let mut rows = Vec::new();
-    let mut all: Vec<(f64, Vec<Band>)> = Vec::new();
-    for fluid in &results.fluids {
-        all.push((fluid.column.rate, of_fluid(fluid)?));
-    }
-    if let Some(crystal) = results.crystals.first() {
-        all.push((Protocol::CRYSTAL_RATE, of_crystal(crystal)?));
-    }
-    for (rate, bands) in &all {
+    // Narrow for the curve, wide for the deviations from it.
+    let (all, wide) = (all_bands(results, 1.0)?, all_bands(results, 4.0)?);
+    for ((rate, bands), (_, wide)) in all.iter().zip(&wide) {
         let color = color_of(*rate);
         let label = format!("α = {rate}");
         pressure = pressure.points(
@@ -119,7 +122,7 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
             "",
             color,
             Mark::Points,
-            bands.iter().map(|band| Point {
+            wide.iter().map(|band| Point {
                 x: band.packing_fraction,
                 y: 100.0 * band.deviations[1].mean,
                 error: 100.0 * band.deviations[1].standard_error,

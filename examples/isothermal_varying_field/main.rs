@@ -3,7 +3,7 @@
 //! At α = 0.1 it freezes; the crystal is grown from the fluid.
 //!
 //! The paper's own moves need 10⁵ sweeps and more to come to rest. Here they are used where the paper shows what they do (figures
-//! 7 and 12); everything else is measured in the steady state that event chains with tuned moves reach in some hundred sweeps, from the same
+//! 7 and 12); everything else is measured in the steady state that tuned moves and event chains reach in some hundred sweeps, from the same
 //! random start. `--paper` does all of it as the paper did.
 
 #[path = "../common/mod.rs"]
@@ -31,6 +31,7 @@ use common::progress::{Progress, in_words};
 use common::verdict::Verdicts;
 use common::{Ending, Failure, conclude, output, replicas};
 use crystal::Crystal;
+use gradient_mc::moves::Moves;
 use protocol::{Arguments, Base, Part, Protocol};
 use results::{Fluid, Results};
 use std::process::ExitCode;
@@ -94,7 +95,7 @@ fn perform(
             Ok(Outcome::Relaxation(column.rate, column.settle(&stage, seed, interrupt, progress)?))
         }
         Task::SteadyState(column, seed) => {
-            let stage = Protocol::steady_state();
+            let stage = Protocol::steady_state(column.rate);
             Ok(Outcome::SteadyState(column.rate, column.settle(&stage, seed, interrupt, progress)?))
         }
     }
@@ -105,7 +106,7 @@ fn size(task: Task, protocol: &Protocol) -> Result<u64, Failure> {
     Ok(match task {
         Task::Crystal(..) => crystal::sweeps(protocol),
         Task::Relaxation(column, _) => protocol.relaxation(column.rate, &column.base.slab()?)?.sweeps(),
-        Task::SteadyState(..) => Protocol::steady_state().sweeps(),
+        Task::SteadyState(column, _) => Protocol::steady_state(column.rate).sweeps(),
     })
 }
 
@@ -185,14 +186,20 @@ fn announce(protocol: &Protocol, arguments: &Arguments) {
             if protocol.paper { "500000 + 5 x 100000" } else { "100000" },
         );
         if !protocol.paper {
-            let stage = Protocol::steady_state();
-            println!(
-                "  steady state by event chains with tuned local moves, base {base} ({} spheres), {} replicas of {} + {} sweeps",
-                base.particles(),
-                protocol.replicas,
-                stage.equilibration,
-                stage.sweeps() - stage.equilibration
-            );
+            for rate in Protocol::FLUID_RATES {
+                let stage = Protocol::steady_state(rate);
+                println!(
+                    "  steady state, α = {rate}: {}, base {base} ({} spheres), {} replicas of {} + {} sweeps",
+                    match stage.moves {
+                        Moves::EventChains(_) => "event chains with tuned local moves",
+                        _ => "tuned local moves",
+                    },
+                    base.particles(),
+                    protocol.replicas,
+                    stage.equilibration,
+                    stage.sweeps() - stage.equilibration
+                );
+            }
         }
     }
     if !arguments.part.crystals() {
@@ -212,11 +219,12 @@ fn announce(protocol: &Protocol, arguments: &Arguments) {
 
 /// Where a column came to rest, and when.
 fn describe(fluid: &Fluid) -> String {
-    let beginnings = fluid.beginnings.iter().map(|beginning| {
-        beginning.map_or("unknown, cut where the measurement begins".to_owned(), |sweep| sweep.to_string())
-    });
+    let beginnings = fluid
+        .beginnings
+        .iter()
+        .map(|beginning| beginning.map_or("(unknown: all is used)".to_owned(), |sweep| sweep.to_string()));
     format!(
-        "h_c = {} at rest, hydrostatics {:.3}; steady by the data from sweep {}; {:.1} s for the relaxation, {:.1} s for the rest",
+        "h_c = {} at rest, hydrostatics {:.3}; of what was measured, steady by the data from sweep {}; {:.1} s for the relaxation, {:.1} s for the rest",
         fluid.plateau,
         fluid.theory.center_of_mass(),
         beginnings.collect::<Vec<String>>().join(", "),
@@ -244,7 +252,7 @@ fn collect(outcomes: Vec<Outcome>, protocol: &Protocol) -> Result<Results, Failu
             runs.push(relaxation.clone());
         }
         let column = Column { rate, base: protocol.base };
-        let equilibration = if protocol.paper { 500_000 } else { Protocol::steady_state().equilibration };
+        let equilibration = if protocol.paper { 500_000 } else { Protocol::steady_state(rate).equilibration };
         fluids.push(Fluid::new(column, relaxation, runs, equilibration, protocol.seed(900 + index))?);
     }
     Ok(Results { fluids, crystals, paper: protocol.paper })

@@ -233,10 +233,15 @@ impl Protocol {
         })
     }
 
-    /// The same by ours.
-    pub(crate) fn steady_state() -> Stage {
+    /// The same by ours: jumps where there is room for them, event chains where the base is dense.
+    pub(crate) fn steady_state(rate: f64) -> Stage {
+        const DENSE: f64 = 0.03;
+        if rate < DENSE {
+            let moves = LocalMoves::tuned().into();
+            return Stage { moves, equilibration: 4000, intervals: vec![20_000], interval: 20 };
+        }
         let moves = EventChains::default().local_moves(Some(LocalMoves::tuned())).into();
-        Stage { moves, equilibration: 400, intervals: vec![2000], interval: 4 }
+        Stage { moves, equilibration: 1500, intervals: vec![4500], interval: 5 }
     }
 
     /// Moves by which a dense crystal grows and is measured: chains of a few diameters, as many sideways as upwards.

@@ -26,7 +26,7 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
         Axis::logarithmic("sweeps", 1.0, end),
         Axis::new("h_c / d", 0.0, 210.0),
     )
-    .with_title("lines: the paper's moves; dots: event chains with tuned moves")
+    .with_title("lines: the paper's moves; dots: ours")
     .with_legend(Corner::BottomLeft);
     for (fluid, color) in results.fluids.iter().zip(COLORS) {
         let series = || thinned(&fluid.relaxation.center_of_mass, 1e-3 * end);
@@ -70,7 +70,7 @@ fn inset(results: &Results) -> Result<Panel, Failure> {
     let simulated = results.fluids.iter().map(|fluid| point(fluid.column.rate, fluid.plateau));
     let frozen = results.crystals.iter().map(|crystal| Ok(point(0.1, crystal.center_of_mass.estimate()?)));
     Ok(Panel::new(
-        Place { left: 0.2, top: 0.17, width: 0.285, height: 0.5 },
+        Place { left: 0.24, top: 0.12, width: 0.25, height: 0.42 },
         Axis::new("α d", 0.0, 0.105).with_numbers(5),
         Axis::new("h_c at rest / d", 15.0, 55.0).with_numbers(5),
     )
@@ -101,7 +101,7 @@ fn write(results: &Results, directory: &Path) -> Result<(), Failure> {
     }
     write_csv(
         &directory.join("figure_07.csv"),
-        "alpha in 1/d; moves: 0 local moves of the paper, 1 event chains with tuned moves (one run after the other); heights in d",
+        "alpha in 1/d; moves: 0 local moves of the paper, 1 ours (one run after the other); heights in d",
         ["alpha", "moves", "sweep", "center_of_mass"],
         rows,
     )?;

@@ -11,6 +11,7 @@ pub(crate) mod progress;
 pub(crate) mod replicas;
 pub(crate) mod table;
 pub(crate) mod verdict;
+pub(crate) mod warnings;
 
 use std::process::ExitCode;
 

@@ -11,7 +11,7 @@ use gradient_mc::hydrostatics::{HydrostaticProfile, Hydrostatics};
 use gradient_mc::observers::{BinState, CenterOfMass, DisplacementProfile, EquationOfStateProfile};
 use gradient_mc::start::{Positions, Start, Uniform};
 use gradient_mc::temperature::Isothermal;
-use gradient_mc::{Error, Every, Scene, Simulation, Vector3};
+use gradient_mc::{Error, Every, Scene, Simulation, Vector3, Warning};
 use std::time::Duration;
 
 /// A column of the paper's system (b).
@@ -30,6 +30,8 @@ pub(crate) struct Run {
     /// One for each interval of measurement.
     pub(crate) profiles: Vec<EquationOfStateProfile>,
     pub(crate) positions: Vec<Vector3<f64>>,
+    /// What speaks against its measurement.
+    pub(crate) warnings: Vec<Warning>,
     pub(crate) busy: Duration,
 }
 
@@ -95,6 +97,7 @@ impl Column {
             center_of_mass: center_of_mass.observer,
             profiles,
             positions: simulation.positions(),
+            warnings: if stage.intervals.is_empty() { Vec::new() } else { simulation.warnings() },
             busy: clock.busy(),
         })
     }

@@ -15,7 +15,7 @@ use gradient_mc::observers::{
 use gradient_mc::start::{Positions, Uniform};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::Isothermal;
-use gradient_mc::{Every, Simulation, Slab, Vector3};
+use gradient_mc::{Every, Simulation, Slab, Vector3, Warning};
 use std::time::Duration;
 
 /// A crystal while it grows.
@@ -48,6 +48,8 @@ pub(crate) struct Crystal {
     pub(crate) angles: Vec<(f64, NeighborAngles)>,
     pub(crate) mobility: DisplacementProfile,
     pub(crate) positions: Vec<Vector3<f64>>,
+    /// What speaks against the measurement; that the fluid's theory does not hold in a crystal is said too.
+    pub(crate) warnings: Vec<Warning>,
     pub(crate) growth_sweeps: u64,
     pub(crate) sweeps: u64,
     pub(crate) busy: Duration,
@@ -210,6 +212,7 @@ fn measure(
         angles,
         mobility: column.mobility(&positions, seed)?,
         positions,
+        warnings: simulation.warnings(),
         growth_sweeps: protocol.growth_sweeps,
         sweeps: left,
         busy: Duration::ZERO,

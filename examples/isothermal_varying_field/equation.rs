@@ -21,7 +21,7 @@ const LEAST_DENSITY: f64 = 0.02;
 
 /// A range of heights: packing fraction, P/T, and P/(nTZ) − 1 for two equations of state.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Band {
+struct Band {
     height: f64,
     packing_fraction: f64,
     reduced_pressure: Estimate,
@@ -30,7 +30,7 @@ pub(crate) struct Band {
 }
 
 /// Ranges of the bulk, each so wide.
-pub(crate) fn bands(profile: &EquationOfStateProfile, begin: f64, end: f64) -> Result<Vec<Band>, Failure> {
+fn bands(profile: &EquationOfStateProfile, begin: f64, end: f64, width: f64) -> Result<Vec<Band>, Failure> {
     let mut ranges = Vec::new();
     let mut low = begin;
     while low + width <= end {

@@ -29,7 +29,7 @@ use column::{Column, Run};
 use common::interrupt::Interrupt;
 use common::progress::{Progress, in_words};
 use common::verdict::Verdicts;
-use common::{Ending, Failure, conclude, output, replicas};
+use common::{Ending, Failure, conclude, output, replicas, warnings};
 use crystal::Crystal;
 use gradient_mc::moves::Moves;
 use protocol::{Arguments, Base, Part, Protocol};
@@ -157,6 +157,14 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     verdicts.write_csv(&directory)?;
     for fluid in &results.fluids {
         println!("{}: {}", fluid.label(), describe(fluid));
+    }
+    for fluid in results.fluids.iter().filter(|_| !results.paper) {
+        println!("{}, measurement:", fluid.label());
+        warnings::print(fluid.runs.iter().map(|run| &run.warnings[..]));
+    }
+    if !results.crystals.is_empty() {
+        println!("crystals:");
+        warnings::print(results.crystals.iter().map(|crystal| &crystal.warnings[..]));
     }
     println!("\n{verdicts}");
     println!(

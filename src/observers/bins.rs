@@ -76,6 +76,14 @@ impl Bins {
         (0..self.count).map(move |bin| low + (bin as f64 + 0.5) / per_diameter)
     }
 
+    /// The bins that hold heights at which a centre can be, upwards.
+    pub(super) fn within_reach(&self) -> impl Iterator<Item = usize> + use<> {
+        let Self { slab, low, per_diameter, count, .. } = *self;
+        let edge = move |bin: usize| low + bin as f64 / per_diameter;
+        (0..count)
+            .filter(move |&bin| edge(bin + 1) > slab.lowest_center() && edge(bin) < slab.highest_center())
+    }
+
     /// The bin of a height; the upper edge of the range belongs to the last bin.
     #[inline]
     pub(super) fn locate(&self, height: f64) -> Place {

@@ -29,8 +29,9 @@ pub struct Layer {
 }
 
 impl Layer {
-    /// A visibility at which layers can be told by eye in a plot of n(x): at T = 5 near the base it leaves the five of the
-    /// paper (doi:10.1103/PhysRevE.83.061306, fig. 4), at T = 15 three.
+    /// A visibility at which layers can be told by eye in a plot of n(x): near the base of a column without noise (density
+    /// functional theory) it leaves five at T = 5, as in the paper (doi:10.1103/PhysRevE.83.061306, fig. 4), and three at
+    /// T = 15.
     pub const CLEAR: f64 = 0.05;
 }
 

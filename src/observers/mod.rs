@@ -1,6 +1,16 @@
 //! Ready observers: one file per observable.
 //!
-//! All observe in one pass over the spheres, and their memory does not grow with the run (but for the
+//! | what | observer |
+//! |---|---|
+//! | profiles | [`DensityProfile`], [`PressureProfile`], [`EquationOfStateProfile`], [`ChainPressureProfile`], [`DisplacementProfile`] |
+//! | is it steady? | [`CenterOfMass`] |
+//! | order in the plane of a layer | [`RadialDistribution`], [`NeighborAngles`], [`HexaticOrder`] |
+//! | layers on top of each other | [`DensityProfile::layers`] |
+//! | fcc, hcp or fluid | [`StructureProfile`]; sphere by sphere, [`BondOrder`] |
+//! | for an observer of your own | [`Neighbors`] |
+//!
+//! All observe in one pass over the spheres (those of structure find neighbours as well, by cells, in a time proportional
+//! to their number), and their memory does not grow with the run (but for the
 //! series of [`CenterOfMass`]); all keep enough to give error bars that account for correlations in
 //! time; and independent replicas of one scene are pooled with `merge`.
 //!
@@ -14,6 +24,7 @@ mod center_of_mass;
 mod chain_pressure;
 mod density;
 mod displacement;
+mod doubts;
 mod equation_of_state;
 mod hexatic;
 mod layers;

@@ -20,19 +20,23 @@ pub struct Equilibration {
 /// numbers, (N − start)/(2τ) with τ that of the rest (Chodera, doi:10.1021/acs.jctc.5b00784).
 ///
 /// While relaxation is part of the series, it looks like a slow correlation and makes τ large; once it is
-/// gone, cutting more only loses data. Candidates are 0, 1, 2, ... and further on 3 % apart. For a long
-/// series they are tried on means over blocks, at most 4096 of them, which makes a second of what would take an
-/// hour; the start is then a whole number of blocks.
+/// gone, cutting more only loses data. Candidates are 0, 1, 2, ... and further on 3 % apart. A long
+/// series is searched as means over blocks, at most 4096 of them, which bounds the work; the start is then a
+/// whole number of blocks.
 ///
 /// The rule always finds a start, in a series that never settles as well. Here it must be in the first half, and
 /// the rest 50 τ long. What it cannot see is a relaxation that is slower than the
-/// series: starts from both sides are still needed.
+/// series, or one under noise that is anticorrelated: starts from both sides are still needed.
 ///
 /// ```
 /// use gradient_mc::statistics::equilibration;
 /// // From 3 to 0 within a hundred numbers, under noise.
+/// let mut random = 1_u32;
 /// let series: Vec<f64> = (0..2000)
-///     .map(|i| 3.0 * 0.95_f64.powi(i) + f64::from(i * 7919 % 1009) / 1009.0 - 0.5)
+///     .map(|time| {
+///         random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+///         3.0 * 0.95_f64.powi(time) + f64::from(random) / f64::from(u32::MAX) - 0.5
+///     })
 ///     .collect();
 /// let steady = equilibration(&series)?;
 /// assert!(steady.start > 30 && steady.start < 200);

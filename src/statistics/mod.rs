@@ -19,7 +19,7 @@ pub mod deviations;
 mod equilibration;
 mod estimate;
 #[cfg(test)]
-mod test_series;
+pub(crate) mod test_series;
 
 pub use autocorrelation::{Autocorrelation, autocorrelation};
 pub use block_averages::BlockAverages;
@@ -28,7 +28,7 @@ pub use equilibration::{Equilibration, equilibration};
 pub use estimate::Estimate;
 
 /// Fewest blocks from which an error is estimated: it is then itself uncertain by 1/√(2·15) = 18 %.
-const MINIMUM_BLOCKS: usize = 16;
+pub(crate) const MINIMUM_BLOCKS: usize = 16;
 
 /// The larger of two errors, NaN if either is (`f64::max` would hide it).
 fn larger(first: f64, second: f64) -> f64 {

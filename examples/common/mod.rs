@@ -4,7 +4,9 @@
 #![allow(dead_code, reason = "no example uses all of it")]
 
 pub(crate) mod arguments;
+pub(crate) mod captions;
 pub(crate) mod figure;
+pub(crate) mod groups;
 pub(crate) mod interrupt;
 pub(crate) mod output;
 pub(crate) mod progress;

@@ -29,7 +29,13 @@ impl Verdict {
         (self.lowest..=self.highest).contains(&self.measured.mean)
     }
 
-    fn range(&self) -> String {
+    /// What was measured, with its error if it has one.
+    pub(crate) fn measured_in_words(&self) -> String {
+        if self.measured.standard_error > 0.0 { self.measured.to_string() } else { brief(self.measured.mean) }
+    }
+
+    /// The range in words.
+    pub(crate) fn range(&self) -> String {
         match (self.lowest.is_finite(), self.highest.is_finite()) {
             (true, true) => format!("{} to {}", brief(self.lowest), brief(self.highest)),
             (true, false) => format!("at least {}", brief(self.lowest)),
@@ -131,11 +137,7 @@ impl fmt::Display for Verdicts {
         let mut table = Table::new(["figure", "measured", "must be", "holds", "claim"]);
         for verdict in &self.0 {
             let holds = if verdict.holds() { "yes" } else { "NO" };
-            let measured = if verdict.measured.standard_error > 0.0 {
-                verdict.measured.to_string()
-            } else {
-                brief(verdict.measured.mean)
-            };
+            let measured = verdict.measured_in_words();
             table.row(&verdict.figure, [measured, verdict.range(), holds.to_owned(), verdict.claim.clone()]);
         }
         let held = self.0.iter().filter(|verdict| verdict.holds()).count();

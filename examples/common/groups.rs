@@ -1,0 +1,38 @@
+//! Ranges of heights over which a measured column is compared with theory.
+
+use gradient_mc::HydrostaticProfile;
+
+/// The height, from `lowest` on, at which |d ln n/dx| of the theory first exceeds `steepest`, to a tenth of a diameter: a
+/// local equation of state cannot be expected to hold where ln n changes by much over a diameter.
+pub(crate) fn end_of_gentle_slope(theory: &HydrostaticProfile, lowest: f64, steepest: f64, lid: f64) -> f64 {
+    let slope = |height: f64| {
+        let (below, above) = (theory.number_density(height - 0.05), theory.number_density(height + 0.05));
+        libm::log(above / below) / 0.1
+    };
+    let mut highest = lowest;
+    while slope(highest).abs() < steepest && highest < lid - 1.0 {
+        highest += 0.1;
+    }
+    highest
+}
+
+/// The edges of `groups` ranges of heights from `lowest` to `highest` that hold equally many spheres, so that the dilute top is
+/// known as well as the rest.
+pub(crate) fn edges_of_equal_numbers(
+    theory: &HydrostaticProfile,
+    [lowest, highest]: [f64; 2],
+    groups: usize,
+) -> Vec<f64> {
+    let (low, high) = (theory.column_below(lowest), theory.column_below(highest));
+    (0..=groups)
+        .map(|edge| {
+            let part = (low + (high - low) * edge as f64 / groups as f64) / theory.column_density();
+            theory.height_of_fraction(part)
+        })
+        .collect()
+}
+
+/// The ranges between successive edges.
+pub(crate) fn ranges_between(edges: &[f64]) -> Vec<[f64; 2]> {
+    edges.windows(2).map(|group| [group[0], group[1]]).collect()
+}

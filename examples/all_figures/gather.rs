@@ -92,7 +92,7 @@ struct Number {
 }
 
 impl Number {
-    /// Of "figure_07_inset.png".
+    /// Of `figure_07_inset.png`.
     fn of_file(file: &str) -> Self {
         let name = file.split('.').next().unwrap_or(file);
         Self::of_figure(name.strip_prefix("figure_").unwrap_or(name))

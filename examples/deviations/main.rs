@@ -5,7 +5,7 @@
 //! Right: P/(nTZ) − 1 with its sign and with error bars by the jackknife, over ranges of heights, against Carnahan-Starling and
 //! against the better equation of Kolafa, Labík and Malijevský as modified in 2019.
 //!
-//! At β = 0.05 the paper's own effective field is run, too: it is where its 7 % come from (docs/seven_per_cent.md,
+//! At β = 0.05 the paper's own effective field is run, too: it is where its 7 % come from (`docs/seven_per_cent.md`,
 //! `--example seven_per_cent`). `--paper` runs the paper's protocol in all systems beside ours, over its base.
 
 #[path = "../common/mod.rs"]

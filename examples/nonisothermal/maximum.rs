@@ -9,7 +9,7 @@ use nalgebra::{Matrix4, Vector4};
 /// A maximum of the measured density.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Maximum {
-    /// x_m.
+    /// Of the density.
     pub(crate) height: Estimate,
     /// n there.
     pub(crate) number_density: Estimate,

@@ -12,17 +12,17 @@ use std::path::Path;
 /// Scene and protocol in words.
 pub(crate) fn what_was_run(protocol: &Protocol, seed: u64) -> String {
     let Protocol { width, replicas, equilibration, sweeps, mobility_sweeps, paper_sweeps } = protocol;
-    let mut text = format!(
+    let ours = format!(
         "T = {TEMPERATURE} exp(−βx), uniform field, N/A = {COLUMN_DENSITY}, box {HEIGHT} x {width} x {width}; ours: {replicas} runs for \
          each β, from above and below, {equilibration} sweeps discarded and {sweeps} measured (twice as many at β = 0.05), then \
          {mobility_sweeps} sweeps of moves up to {MAXIMUM_DISPLACEMENT} for figure 15; seed {seed}"
     );
-    if let Some(sweeps) = paper_sweeps {
-        text += &format!(
-            "; the paper's: one run from n = 0.1, {sweeps} sweeps discarded and measured, field from instantaneous bins of 0.1"
-        );
+    match paper_sweeps {
+        None => ours,
+        Some(sweeps) => format!(
+            "{ours}; the paper's: one run from n = 0.1, {sweeps} sweeps discarded and measured, field from instantaneous bins of 0.1"
+        ),
     }
-    text
 }
 
 /// Deviation in per cent.

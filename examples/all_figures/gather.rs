@@ -17,12 +17,29 @@ pub(crate) struct Picture {
     pub(crate) caption: String,
 }
 
+impl Picture {
+    /// "Figure 14a" for `figure_14a.png`, and the name of any other file in words.
+    pub(crate) fn title(&self) -> String {
+        let Number { number, rest } = Number::of_file(&self.file);
+        let separator = if rest.len() > 1 { ", " } else { "" };
+        if self.file.starts_with("figure_") && number > 0 {
+            format!("Figure {number}{separator}{rest}")
+        } else {
+            let words = self.file.trim_end_matches(".png").replace('_', " ");
+            let (first, rest) = words.split_at(words.chars().next().map_or(0, char::len_utf8));
+            format!("{}{rest}", first.to_uppercase())
+        }
+    }
+}
+
 /// Everything that an example has left.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Gathered {
     pub(crate) pictures: Vec<Picture>,
     pub(crate) verdicts: Vec<Verdict>,
     pub(crate) report: Option<String>,
+    /// What is worth saying, and nothing that fails.
+    pub(crate) remark: Option<String>,
     /// What should be there and is not, in words.
     pub(crate) missing: Vec<String>,
 }
@@ -34,7 +51,11 @@ impl Gathered {
             Self { report: fs::read_to_string(directory.join(REPORT)).ok(), ..Self::default() };
         match captions(&directory.join("captions.csv")) {
             Ok(pictures) => gathered.pictures = pictures,
-            Err(failure) => gathered.missing.push(format!("captions: {failure}")),
+            Err(failure) => {
+                // Pictures can be looked at without.
+                gathered.remark = Some(format!("no captions: {failure}"));
+                gathered.pictures = pictures_without_captions(directory);
+            }
         }
         for picture in &gathered.pictures {
             if !directory.join(&picture.file).is_file() {
@@ -106,6 +127,15 @@ impl Number {
         let rest = rest.trim_matches(|character: char| !character.is_alphanumeric()).to_lowercase();
         Self { number: number.parse().unwrap_or(0), rest }
     }
+}
+
+fn pictures_without_captions(directory: &Path) -> Vec<Picture> {
+    let entries = fs::read_dir(directory).into_iter().flatten().flatten();
+    let mut files: Vec<String> =
+        entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+    files.retain(|file| file.ends_with(".png"));
+    files.sort();
+    files.into_iter().map(|file| Picture { file, caption: String::new() }).collect()
 }
 
 fn reader(path: &Path) -> Result<csv::Reader<fs::File>, Failure> {
@@ -188,6 +218,10 @@ mod tests {
         let directory = directory("missing");
         assert!(!Gathered::read(&directory).holds());
         leave(&directory, 0.9);
+        fs::remove_file(directory.join("captions.csv")).unwrap();
+        let bare = Gathered::read(&directory);
+        assert!(bare.holds() && bare.pictures.len() == 3 && bare.remark.is_some());
+        leave(&directory, 0.9);
         fs::remove_file(directory.join("figure_14b.png")).unwrap();
         assert_eq!(Gathered::read(&directory).missing, ["picture figure_14b.png"]);
         leave(&directory, 1.1);
@@ -219,5 +253,8 @@ mod tests {
         let under: Vec<Vec<String>> = with_picture.iter().map(|(_, verdicts)| figures(verdicts)).collect();
         assert_eq!(under, [vec!["7"], vec!["7 inset"], vec!["8a", "8b"]]);
         assert_eq!(figures(&without), ["9", "crystal"]);
+        let titles: Vec<String> = gathered.pictures.iter().map(Picture::title).collect();
+        assert_eq!(titles, ["Figure 7", "Figure 7, inset", "Figure 8a"]);
+        assert_eq!(picture("layered_base.png").title(), "Layered base");
     }
 }

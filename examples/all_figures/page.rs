@@ -83,6 +83,9 @@ fn section(part: &Part) -> String {
     let Part { example, title, figures, directory, gathered, .. } = part;
     let _ = writeln!(html, "<h2 id=\"{example}\">{}: figures {figures}</h2>", escape(title));
     let _ = writeln!(html, "<p><code>cargo run --release --example {example}</code></p>");
+    if let Some(remark) = &gathered.remark {
+        let _ = writeln!(html, "<p>{}</p>", escape(remark));
+    }
     for missing in &gathered.missing {
         let _ = writeln!(html, "<p class=\"fails\">Missing: {}</p>", escape(missing));
     }
@@ -118,7 +121,7 @@ fn figure(picture: &Picture, directory: &Path) -> String {
     let image = format!(
         "<img src=\"{}\" alt=\"{}\" loading=\"lazy\">",
         escape(&link("png")),
-        escape(&picture.caption)
+        escape(&format!("{}: {}", picture.title(), picture.caption))
     );
     let image =
         if exists("svg") { format!("<a href=\"{}\">{image}</a>", escape(&link("svg"))) } else { image };
@@ -127,8 +130,8 @@ fn figure(picture: &Picture, directory: &Path) -> String {
     } else {
         String::new()
     };
-    let caption = escape(&picture.caption);
-    format!("<figure>\n{image}\n<figcaption>{caption}{data}</figcaption>\n</figure>\n")
+    let (title, caption) = (escape(&picture.title()), escape(&picture.caption));
+    format!("<figure>\n{image}\n<figcaption><b>{title}.</b> {caption}{data}</figcaption>\n</figure>\n")
 }
 
 fn table(verdicts: &[&Verdict]) -> String {

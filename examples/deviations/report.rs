@@ -171,17 +171,17 @@ pub(crate) fn captions(directory: &Path) -> Result<(), Failure> {
     write_captions(
         directory,
         [
-            ("figure_17a.png", format!("Figure 17a: isothermal, uniform field, T₀ = 5. {both}")),
+            ("figure_17a.png", format!("Isothermal, uniform field, T₀ = 5. {both}")),
             (
                 "figure_17b.png",
                 format!(
-                    "Figure 17b: isothermal, varying field, T₀ = 20: α = 0.05, and the fluid above the crystal at α = 0.1. {both}"
+                    "Isothermal, varying field, T₀ = 20: α = 0.05, and the fluid above the crystal at α = 0.1. {both}"
                 ),
             ),
             (
                 "figure_17c.png",
                 format!(
-                    "Figure 17c: temperature gradient, T₀ = 20, β = 0.05. {both} Green and purple: what the paper's own field gives, \
+                    "Temperature gradient, T₀ = 20, β = 0.05. {both} Green and purple: what the paper's own field gives, \
                      from above and from below: its 7 %."
                 ),
             ),

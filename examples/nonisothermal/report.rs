@@ -176,27 +176,27 @@ pub(crate) fn captions(protocol: &Protocol, directory: &Path) -> Result<(), Fail
             (
                 "figure_14a.png",
                 format!(
-                    "Figure 14a: number density against height, T = 20 exp(−βx). Points: simulation; lines: local theory between \
+                    "Number density against height, T = 20 exp(−βx). Points: simulation; lines: local theory between \
                      walls. From β = 0.02 on the column is densest inside, where P = n/β.{paper}"
                 ),
             ),
             (
                 "figure_14b.png",
-                "Figure 14b: the same on a logarithmic scale. Dashed: the ideal-gas law. What stands before it is set by the \
+                "The same on a logarithmic scale. Dashed: the ideal-gas law. What stands before it is set by the \
                  chemical potential of the column (C), not by the density at the base, with which the law would be off by a \
                  factor of more than a hundred."
                     .to_owned(),
             ),
             (
                 "figure_15.png",
-                "Figure 15: mean accepted displacement of moves up to 0.75 d. Left against height, as in the paper: fluid \
+                "Mean accepted displacement of moves up to 0.75 d. Left against height, as in the paper: fluid \
                  everywhere. Right against packing fraction: one curve, so no part of any column is frozen or glassy."
                     .to_owned(),
             ),
             (
                 "figure_16.png",
                 format!(
-                    "Figure 16: P/T against packing fraction, without the layers at the base (x < 8): one curve for all β, that \
+                    "P/T against packing fraction, without the layers at the base (x < 8): one curve for all β, that \
                      of the equation of state. Below: the difference from modified Kolafa, in per cent, in ranges of height \
                      that hold equally many spheres.{paper}"
                 ),

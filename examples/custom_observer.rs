@@ -11,7 +11,7 @@ use common::arguments::SharedArguments;
 use common::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use common::interrupt::Interrupt;
 use common::progress::Progress;
-use common::{Ending, Failure, conclude, output, replicas};
+use common::{Ending, Failure, conclude, output, replicas, warnings};
 use gradient_mc::field::UniformField;
 use gradient_mc::statistics::{BlockAverages, Estimate};
 use gradient_mc::temperature::Isothermal;
@@ -141,12 +141,12 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         replicas::in_chunks(arguments.sweeps, &interrupt, &progress, |sweeps| {
             simulation.run(sweeps, &mut layers)
         })?;
-        Ok(layers)
+        Ok((layers, simulation.warnings()))
     })?;
     progress.finish();
 
     let mut layers = LayersAtBase::new(&slab)?;
-    for replica in &measured {
+    for (replica, _) in &measured {
         layers.merge(replica)?;
     }
     let contact = layers.contact()?;
@@ -154,6 +154,7 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     println!("density at contact, measured   n(0.5+)   = {contact}");
     println!("density at contact, exact      N/(A T)   = {exact:.6}");
     println!("difference                               = {sigmas:+.1} standard errors");
+    warnings::print(measured.iter().map(|(_, warnings)| &warnings[..]));
     write(arguments, &layers, contact, exact, &directory)?;
     println!("written to {}", directory.display());
     if interrupt.pressed() {

@@ -21,7 +21,7 @@ use common::arguments::SharedArguments;
 use common::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use common::interrupt::Interrupt;
 use common::progress::Progress;
-use common::{Ending, Failure, conclude, output, replicas};
+use common::{Ending, Failure, conclude, output, replicas, warnings};
 use gradient_mc::drive::SelfConsistent;
 use gradient_mc::equation_of_state::{ModifiedKolafa, number_density};
 use gradient_mc::field::UniformField;
@@ -30,7 +30,9 @@ use gradient_mc::moves::EventChains;
 use gradient_mc::observers::{CenterOfMass, EquationOfStatePoint, EquationOfStateProfile};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::Isothermal;
-use gradient_mc::{EquationOfState, Error, Every, Scene, Simulation, Slab, TemperatureProfile, start};
+use gradient_mc::{
+    EquationOfState, Error, Every, Scene, Simulation, Slab, TemperatureProfile, Warning, start,
+};
 use std::fmt;
 use std::path::Path;
 use std::process::ExitCode;
@@ -166,7 +168,7 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
             simulation.run(sweeps, &mut observers)
         })?;
         let (profile, center_of_mass) = observers.observer;
-        Ok(Replica { profile, center_of_mass, first_center })
+        Ok(Replica { profile, center_of_mass, first_center, warnings: simulation.warnings() })
     })?;
     progress.finish();
 
@@ -185,6 +187,7 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let points = pooled.points()?;
     let verdict = Verdict::new(&flow, &points, &measured)?;
     println!("{verdict}");
+    warnings::print(measured.iter().map(|replica| &replica.warnings[..]));
     write(&flow, &points, &directory)?;
     println!("written to {}", directory.display());
     Ok(if interrupt.pressed() {
@@ -208,6 +211,8 @@ struct Replica {
     center_of_mass: CenterOfMass,
     /// Height of the centre of mass before the first sweep.
     first_center: f64,
+    /// What the run says against itself.
+    warnings: Vec<Warning>,
 }
 
 /// Mean temperature of the spheres, by theory.

@@ -16,7 +16,7 @@ use common::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use common::interrupt::Interrupt;
 use common::progress::Progress;
 use common::table::Table;
-use common::{Ending, Failure, conclude, groups, output, replicas};
+use common::{Ending, Failure, conclude, groups, output, replicas, warnings};
 use gradient_mc::drive::{Certificate, ForceBalance, SelfConsistent};
 use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
 use gradient_mc::field::UniformField;
@@ -25,7 +25,7 @@ use gradient_mc::observers::EquationOfStateProfile;
 use gradient_mc::start::{Compact, Uniform};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::ExponentialTemperature;
-use gradient_mc::{Every, HydrostaticProfile, Hydrostatics, Scene, Simulation, Slab};
+use gradient_mc::{Every, HydrostaticProfile, Hydrostatics, Scene, Simulation, Slab, Warning};
 use std::path::Path;
 use std::process::ExitCode;
 
@@ -69,7 +69,12 @@ struct Outcome {
     edges: Vec<f64>,
     deviations: Vec<Estimate>,
     certificate: Certificate,
+    /// What the replicas say against themselves, a line for each kind.
+    warnings: Vec<String>,
 }
+
+/// What a replica has measured, the balance of forces in it, and what it says against itself.
+type Replica = (EquationOfStateProfile, ForceBalance, Vec<Warning>);
 
 fn slab() -> Result<Slab, Failure> {
     Ok(Slab::new(HEIGHT, WIDTH, WIDTH)?)
@@ -83,7 +88,7 @@ fn replica(
     seed: u64,
     interrupt: &Interrupt,
     progress: &Progress,
-) -> Result<(EquationOfStateProfile, ForceBalance), Failure> {
+) -> Result<Replica, Failure> {
     let slab = slab()?;
     let temperature = ExponentialTemperature::new(TEMPERATURE, decay_rate)?;
     // A few thousand.
@@ -106,7 +111,7 @@ fn replica(
         return Err("interrupted before enough was measured".into());
     }
     let balance = simulation.force_balance().ok_or("there is a field to be judged")?.clone();
-    Ok((profile.observer, balance))
+    Ok((profile.observer, balance, simulation.warnings()))
 }
 
 fn percent(deviation: Estimate) -> String {
@@ -146,8 +151,8 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         DECAY_RATES.into_iter().zip(measured.chunks(usize::try_from(replicas_of_each)?).rev())
     {
         let (first, rest) = replicas.split_first().ok_or("nothing was measured")?;
-        let (mut profile, mut balance) = first.clone();
-        for (other, other_balance) in rest {
+        let (mut profile, mut balance, _) = first.clone();
+        for (other, other_balance, _) in rest {
             profile.merge(other)?;
             balance.merge(other_balance)?;
         }
@@ -159,13 +164,17 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         let deviations =
             profile.deviations_over(&groups, |eta| ModifiedKolafa.compressibility_factor(eta))?;
         let certificate = balance.certificate(TOLERANCE)?;
-        outcomes.push(Outcome { decay_rate, edges, deviations, certificate });
+        let warnings = warnings::lines(replicas.iter().map(|(.., warnings)| &warnings[..]));
+        outcomes.push(Outcome { decay_rate, edges, deviations, certificate, warnings });
     }
     write(&outcomes, &directory)?;
     draw(&outcomes, &directory.join("temperature_gradient"))?;
     println!("{}", table(&outcomes));
     for outcome in &outcomes {
         println!("β = {}: {}", outcome.decay_rate, outcome.certificate);
+        for warning in &outcome.warnings {
+            println!("β = {}: {warning}", outcome.decay_rate);
+        }
     }
     println!("written to {}", directory.display());
     Ok(if verdict(&outcomes, arguments.full) { Ending::Finished } else { Ending::ClaimFailed })

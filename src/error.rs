@@ -251,6 +251,19 @@ pub enum Error {
         /// Observations needed.
         needed: usize,
     },
+    /// A series whose end is not a steady state, as far as it can tell.
+    #[error(
+        "no steady state in {observations} observations: from the {start}th on, which is best, only \
+         {effective_sample_size:.1} are independent; run longer, or start nearer to the steady state"
+    )]
+    NotEquilibrated {
+        /// Length of the series.
+        observations: usize,
+        /// Where the steady state would begin if there were one.
+        start: usize,
+        /// Independent observations from there on.
+        effective_sample_size: f64,
+    },
     /// An observer failed; its own error is the source.
     #[error("an observer failed after sweep {sweep}")]
     Observer {

@@ -45,11 +45,13 @@
 
 mod centers;
 mod configuration;
+mod diagnosis;
 pub mod drive;
 pub mod equation_of_state;
 mod error;
 pub mod field;
 pub mod hydrostatics;
+mod monitor;
 pub mod moves;
 mod numerics;
 mod observer;
@@ -61,6 +63,7 @@ mod slab;
 pub mod start;
 pub mod statistics;
 pub mod temperature;
+mod warning;
 
 pub use centers::Centers;
 pub use equation_of_state::EquationOfState;
@@ -74,6 +77,7 @@ pub use scene::Scene;
 pub use simulation::{Simulation, SimulationBuilder};
 pub use slab::Slab;
 pub use temperature::TemperatureProfile;
+pub use warning::{MixingEvidence, Warning};
 
 /// The code of README.md, compiled.
 #[cfg(doctest)]

@@ -1,14 +1,16 @@
 //! The simulation: a scene, its drive, a configuration and a generator.
 
 use crate::configuration::Configuration;
+use crate::diagnosis::Case;
 use crate::drive::{
     Adaptation, Certificate, ClosedForm, Drive, ForceBalance, IsothermalDrive, MappedDrive, Phase, Scheme,
 };
+use crate::monitor::{Both, Monitor};
 use crate::moves::{Engine, LocalMoves, Moves, Sweep, TunedDisplacements};
-use crate::observer::{Frame, Observer, Tally};
+use crate::observer::{Frame, Observer, Recorder, Tally};
 use crate::random::Generator;
 use crate::start::{Start, Theory};
-use crate::{Centers, Error, Field, Scene, TemperatureProfile};
+use crate::{Centers, Error, Field, Scene, TemperatureProfile, Warning};
 use nalgebra::Vector3;
 use rand::SeedableRng;
 
@@ -50,6 +52,7 @@ pub struct Simulation<F, T, D = IsothermalDrive> {
     sweep: u64,
     tally: Tally,
     phase: Phase,
+    monitor: Monitor,
 }
 
 /// Collects the choices that make a [`Simulation`].
@@ -129,6 +132,7 @@ impl<F, T, S, P> SimulationBuilder<F, T, S, P> {
         }
         let configuration = Configuration::new(*scene.slab(), &positions)?;
         Ok(Simulation {
+            monitor: Monitor::new(scene.slab()),
             scene,
             drive,
             engine: Engine::new(moves),
@@ -162,6 +166,7 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
     pub fn run<O: Observer + ?Sized>(&mut self, sweeps: u64, observer: &mut O) -> Result<(), Error> {
         if self.phase == Phase::Equilibration {
             self.drive.start_production(&self.scene)?;
+            self.monitor.start(self.drive.generation());
             self.phase = Phase::Production;
         }
         self.advance(sweeps, observer)
@@ -169,6 +174,14 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
 
     fn advance<O: Observer + ?Sized>(&mut self, sweeps: u64, observer: &mut O) -> Result<(), Error> {
         for _ in 0..sweeps {
+            let recorded = self.engine.has_only_local_moves() && Monitor::records(self.sweep);
+            let mut both;
+            let recorder: Option<&mut dyn Recorder> = if recorded {
+                both = Both { observer: observer.recorder(), monitor: self.monitor.acceptance_mut() };
+                Some(&mut both)
+            } else {
+                observer.recorder()
+            };
             self.engine.sweep(Sweep {
                 scene: &self.scene,
                 drive: &self.drive,
@@ -176,15 +189,59 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
                 generator: &mut self.generator,
                 tally: &mut self.tally,
                 phase: self.phase,
-                recorder: observer.recorder(),
+                recorder,
             })?;
             self.sweep += 1;
-            self.drive.after_sweep(&self.scene, Centers::new(&self.configuration), self.phase)?;
+            let centers = Centers::new(&self.configuration);
+            if recorded {
+                self.monitor.count_trials(centers);
+            }
+            if self.phase == Phase::Production {
+                self.monitor.after_sweep(centers);
+            }
+            self.drive.after_sweep(&self.scene, centers, self.phase)?;
             observer
                 .observe(&self.frame())
                 .map_err(|source| Error::Observer { sweep: self.sweep, source })?;
         }
         Ok(())
+    }
+
+    /// What speaks against the production run so far; empty if nothing does, which is no proof.
+    ///
+    /// | judged | raises |
+    /// |---|---|
+    /// | the series of the centre of mass: its drift, its memory, and its variance against what equilibrium demands of it | [`TooShort`](Warning::TooShort), [`NotMixed`](Warning::NotMixed) |
+    /// | its mean against [`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls), where that is good | [`FarFromTheory`](Warning::FarFromTheory), [`NoTheory`](Warning::NoTheory) |
+    /// | every 128th sweep, if all moves are local | [`LowAcceptance`](Warning::LowAcceptance) |
+    /// | the balance of forces and the field, where the temperature varies | [`FeedbackNotConverged`](Warning::FeedbackNotConverged), [`CountingNoise`](Warning::CountingNoise), [`ChangesWhileMeasuring`](Warning::ChangesWhileMeasuring), [`SteepGradient`](Warning::SteepGradient), [`DensityJump`](Warning::DensityJump) |
+    /// | density, and pressure as the weight of what lies above | [`Metastable`](Warning::Metastable), [`BoxIncommensurate`](Warning::BoxIncommensurate) |
+    /// | the box | [`LidTooLow`](Warning::LidTooLow), [`NarrowBox`](Warning::NarrowBox) |
+    ///
+    /// Of runs that have seen 4, 8, 16, 32 and 64 independent configurations, 94, 78, 38, 6 and 0.2 % are called not mixed.
+    /// It is worked out when asked for, in some milliseconds, since the theory of the scene is solved; what it needs of
+    /// the run is noted every few sweeps, from the first of production on. Replicas are judged each by itself.
+    ///
+    /// ```
+    /// use gradient_mc::{Scene, Simulation, Slab, Warning, field::UniformField, temperature::Isothermal};
+    /// use gradient_mc::{moves::EventChains, start::Uniform};
+    /// let scene = Scene::new(Slab::new(100.0, 5.0, 5.0)?, 250, UniformField::default(), Isothermal::new(4.0)?)?;
+    /// let mut simulation = Simulation::builder(scene).moves(EventChains::default()).seed(1).build()?;
+    /// simulation.equilibrate(500, &mut ())?;
+    /// simulation.run(3000, &mut ())?;
+    /// assert_eq!(simulation.warnings(), []);
+    /// // Small moves, and a start far above: it is still falling.
+    /// let mut simulation = Simulation::builder(scene).start(Uniform::default()).maximum_displacement(0.1).build()?;
+    /// simulation.run(300, &mut ())?;
+    /// for warning in simulation.warnings() {
+    ///     println!("{warning}");
+    /// }
+    /// assert!(simulation.warnings().iter().any(|warning| matches!(warning, Warning::FarFromTheory { .. })));
+    /// # Ok::<(), gradient_mc::Error>(())
+    /// ```
+    pub fn warnings(&self) -> Vec<Warning> {
+        let Self { scene, drive, monitor, engine, .. } = self;
+        Case { scene, drive, monitor, engine }.warnings()
     }
 
     /// What the production run so far has seen of the balance of forces; nothing in an isothermal scene, where it

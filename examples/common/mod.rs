@@ -13,6 +13,7 @@ pub(crate) mod progress;
 pub(crate) mod replicas;
 pub(crate) mod table;
 pub(crate) mod verdict;
+pub(crate) mod warnings;
 
 use std::process::ExitCode;
 

@@ -184,6 +184,11 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     picture::draw(&drawn, &scans, &prediction, &path)?;
     println!("{}", table(&runs, &prediction));
     println!("{}", scan::table(&scans)?);
+    for (setup, outcome) in &runs {
+        for warning in &outcome.warnings {
+            println!("{setup}: warning: {warning}");
+        }
+    }
     println!("written to {}", directory.display());
     let holds = verdicts(&runs, &scans, &prediction)?;
     println!("\n{}", holds.text);

@@ -16,7 +16,7 @@ use gradient_mc::observers::{CenterOfMass, EquationOfStateProfile};
 use gradient_mc::start::{Compact, Positions, Start, Uniform};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::ExponentialTemperature;
-use gradient_mc::{Every, Scene, Simulation, Slab};
+use gradient_mc::{Every, Scene, Simulation, Slab, Warning};
 
 /// A column in a uniform field, T = T₀ e^{−βx}.
 #[derive(Debug, Clone, Copy)]
@@ -89,6 +89,8 @@ pub(crate) struct Outcome {
     pub(crate) bands: Vec<Vec<Band>>,
     pub(crate) center_of_mass: Estimate,
     pub(crate) certificate: Certificate,
+    /// What the run says against itself.
+    pub(crate) warnings: Vec<Warning>,
 }
 
 /// P/(nTZ) − 1 in the fluid over a range of heights, Z after Kolafa, Labík and Malijevský, modified.
@@ -227,10 +229,12 @@ impl Setup {
         }
         let ((first, second, third), center_of_mass) = observers.observer;
         let certificate = simulation.certificate(TOLERANCE)?;
+        let warnings = simulation.warnings();
         Ok(Outcome {
             bands: [first, second, third].iter().map(bands).collect::<Result<_, _>>()?,
             center_of_mass: center_of_mass.estimate()?,
             certificate,
+            warnings,
         })
     }
 }

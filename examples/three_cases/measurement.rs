@@ -7,7 +7,7 @@ use crate::common::progress::Progress;
 use crate::common::replicas::in_chunks;
 use gradient_mc::drive::{Drive, ForceBalance, Scheme};
 use gradient_mc::observers::{CenterOfMass, EquationOfStateProfile};
-use gradient_mc::{Every, Field, Scene, Simulation, Tally, TemperatureProfile, start};
+use gradient_mc::{Every, Field, Scene, Simulation, Tally, TemperatureProfile, Warning, start};
 use std::time::{Duration, Instant};
 
 /// Sweeps between two looks at the configuration: counting spheres costs less than moving them, but
@@ -21,6 +21,8 @@ pub(crate) struct Replica {
     pub(crate) center_of_mass: CenterOfMass,
     /// Whether the effective field was the right one, where there is one.
     pub(crate) force_balance: Option<ForceBalance>,
+    /// What the run says against itself.
+    pub(crate) warnings: Vec<Warning>,
     /// Moves of the measurement.
     pub(crate) production: Tally,
     /// Moves of the whole replica, and the processor time that they took.
@@ -81,6 +83,7 @@ fn measure<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
         profiles,
         center_of_mass: center_of_mass.observer,
         force_balance: simulation.force_balance().cloned(),
+        warnings: simulation.warnings(),
         production: simulation.tally().since(&equilibrated),
         total: *simulation.tally(),
         busy: clock.elapsed(),

@@ -5,6 +5,7 @@ use super::measurement::Replica;
 use super::protocol::Protocol;
 use crate::common::Failure;
 use crate::common::output::write_csv;
+use crate::common::warnings;
 use gradient_mc::drive::Certificate;
 use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa, packing_fraction};
 use gradient_mc::hydrostatics::Hydrostatics;
@@ -109,6 +110,8 @@ pub(crate) struct Report {
     pub(crate) center_of_mass_theory: f64,
     /// Verdict on the effective field, where there is one and enough was measured.
     pub(crate) certificate: Option<Certificate>,
+    /// What the replicas say against themselves, a line for each kind.
+    pub(crate) warnings: Vec<String>,
     /// Second half of the measurement minus the first, mean over the replicas.
     pub(crate) drift: Option<Estimate>,
     /// Packing fraction from the base up to where the bulk begins: mean over the layers at the wall.
@@ -179,6 +182,7 @@ impl Report {
             center_of_mass: center_of_mass.estimate().ok(),
             center_of_mass_theory: theory.center_of_mass(),
             certificate: certificate(replicas)?,
+            warnings: warnings::lines(replicas.iter().map(|replica| &replica.warnings[..])),
             drift: center_of_mass.drift().ok(),
             low_packing_fraction: over_low(|bin| bin.number_density.mean),
             low_packing_fraction_theory: over_low(|bin| bin.number_density_theory),

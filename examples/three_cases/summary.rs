@@ -98,6 +98,9 @@ pub(crate) fn remarks(protocol: &Protocol, reports: &[Report], threads: usize, e
         if let Some(certificate) = report.certificate {
             text.push_str(&format!("{}: effective field {certificate}.\n", report.case.head()));
         }
+        for warning in &report.warnings {
+            text.push_str(&format!("{}: {warning}.\n", report.case.head()));
+        }
         let Some(drift) = report.drift else { continue };
         let sigmas = drift.deviation_from(0.0);
         if sigmas.abs() > DRIFT_TOLERANCE {

@@ -44,6 +44,8 @@ impl ForceBalance {
     const LARGEST_DRIFT: f64 = 4.0;
     /// Nor is a deviation above the tolerance of more than these.
     const SIGNIFICANT: f64 = 3.0;
+    /// Fewer tell nothing about a drift.
+    pub(super) const FEWEST_CONFIGURATIONS: u64 = 64;
 
     pub(super) fn new<F, T: TemperatureProfile>(
         scene: &Scene<F, T>,

@@ -1,8 +1,9 @@
 //! The paper's scheme: the effective field of every sweep comes from that sweep's own histogram.
 
 use super::column_average::ColumnAverage;
+use super::counting_noise;
 use super::{Adaptation, EffectivePotential, MappedDrive, Phase, Scheme};
-use crate::{Centers, Error, Field, Scene, TemperatureProfile};
+use crate::{Centers, Error, Field, Scene, TemperatureProfile, Warning};
 
 /// The effective field from the histogram of the current configuration, remade every sweep, as in
 /// doi:10.1103/PhysRevE.83.061306. For comparison: **do not use it for results**.
@@ -59,6 +60,16 @@ impl<F: Field, T: TemperatureProfile> Scheme<F, T> for Instantaneous {
 
 impl Adaptation for EverySweep {
     const CERTIFIABLE: bool = false;
+
+    /// [`Warning::CountingNoise`].
+    fn warnings<F: Field, T: TemperatureProfile>(
+        &self,
+        potential: &EffectivePotential,
+        scene: &Scene<F, T>,
+    ) -> Vec<Warning> {
+        // Without a theory the judgement of the run says so.
+        counting_noise::warning(scene, potential.bin_width()).ok().flatten().into_iter().collect()
+    }
 
     fn after_sweep<F: Field, T: TemperatureProfile>(
         &mut self,

@@ -1,10 +1,10 @@
 //! The drive of every scene whose temperature varies: an effective potential, what sets it, and a record of whether
 //! it was the right one.
 
-use super::certificate::ForceBalance;
+use super::certificate::{Certificate, Convergence, ForceBalance, Suggestion};
 use super::effective_potential::EffectivePotential;
 use super::{Drive, Phase};
-use crate::{Centers, Error, Field, Scene, TemperatureProfile};
+use crate::{Centers, Error, Field, Scene, TemperatureProfile, Warning};
 
 /// How the effective potential follows what a run measures: the part in which schemes differ.
 ///
@@ -38,6 +38,15 @@ pub trait Adaptation: Sync {
     /// Pressure on the lid in m g/d² that the potential in force assumes; by default none, as under an open sky.
     fn lid_pressure(&self) -> f64 {
         0.0
+    }
+
+    /// What it has to say against production, beyond the balance of forces; by default nothing.
+    fn warnings<F: Field, T: TemperatureProfile>(
+        &self,
+        _potential: &EffectivePotential,
+        _scene: &Scene<F, T>,
+    ) -> Vec<Warning> {
+        Vec::new()
     }
 
     /// Sees the configuration after each sweep; the default does nothing.
@@ -84,6 +93,10 @@ pub struct MappedDrive<A> {
 impl<A: Adaptation> MappedDrive<A> {
     /// Sweeps of production between two looks at the balance of forces.
     const SWEEPS_BETWEEN_LOOKS: u64 = 5;
+    /// The relative deviation of the balance of forces above which a run that can tell is warned of.
+    const TOLERANCE: f64 = 0.02;
+    /// That below which a run should be able to tell.
+    const KNOWN_TO: f64 = 0.05;
 
     /// Puts the parts together.
     ///
@@ -152,6 +165,30 @@ impl<F: Field, T: TemperatureProfile, A: Adaptation> Drive<F, T> for MappedDrive
 
     fn force_balance(&self) -> Option<&ForceBalance> {
         Some(&self.balance)
+    }
+
+    /// [`Warning::FeedbackNotConverged`] where the field is off by more than 2 %, or not known to be within 5 %.
+    fn warnings(&self, scene: &Scene<F, T>) -> Vec<Warning> {
+        let mut warnings = self.adaptation.warnings(&self.potential, scene);
+        let cannot_tell = |certificate: &Certificate| {
+            let Convergence::NotConverged { suggestion, .. } = certificate.convergence else { return false };
+            suggestion == Suggestion::MeasureLonger
+        };
+        let verdict = match self.balance.certificate(Self::TOLERANCE) {
+            Ok(certificate) if cannot_tell(&certificate) => self.balance.certificate(Self::KNOWN_TO),
+            verdict => verdict,
+        };
+        match verdict {
+            Ok(certificate) if !certificate.is_converged() => {
+                warnings.push(Warning::FeedbackNotConverged { certificate });
+            }
+            Ok(_) => {}
+            Err(_) => {
+                let needed = ForceBalance::FEWEST_CONFIGURATIONS * Self::SWEEPS_BETWEEN_LOOKS;
+                warnings.push(Warning::TooShort { sweeps: self.sweeps, needed });
+            }
+        }
+        warnings
     }
 
     fn start_production(&mut self, scene: &Scene<F, T>) -> Result<(), Error> {

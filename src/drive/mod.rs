@@ -29,6 +29,7 @@
 
 mod certificate;
 mod column_average;
+mod counting_noise;
 mod effective_potential;
 mod equation_of_state_closure;
 mod instantaneous;
@@ -47,7 +48,7 @@ pub use running_average::{AveragedThenFrozen, Averaging, RunningAverage};
 pub use self_consistent::{Iteration, SelfConsistent, SelfConsistentDrive};
 
 use crate::numerics::differentiate;
-use crate::{Centers, Error, Scene};
+use crate::{Centers, Error, Scene, Warning};
 
 /// What part of a run a sweep belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -94,6 +95,13 @@ pub trait Drive<F, T>: Sync {
     #[inline]
     fn force_balance(&self) -> Option<&ForceBalance> {
         None
+    }
+
+    /// What it has to say against the production run so far, for [`Simulation::warnings`](crate::Simulation::warnings);
+    /// by default nothing.
+    #[inline]
+    fn warnings(&self, _scene: &Scene<F, T>) -> Vec<Warning> {
+        Vec::new()
     }
 
     /// Called when production starts, before its first sweep.

@@ -8,6 +8,7 @@
 //! bulk density would have there is known: [`Hydrostatics::between_walls`] puts base and lid where the column above the
 //! layers becomes right. The local density is also wrong where ln n changes by of order 1 over a diameter.
 
+mod doubts;
 mod legendre;
 mod march;
 mod profile;

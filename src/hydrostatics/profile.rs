@@ -251,6 +251,11 @@ impl HydrostaticProfile {
         self.domain_exit
     }
 
+    /// Heights of jumps with the densities just below and above.
+    pub(super) fn jumps(&self) -> impl Iterator<Item = (f64, [f64; 2])> {
+        self.panels.iter().filter(|panel| panel.jump).map(|panel| (panel.start, panel.edges))
+    }
+
     fn index(&self, height: f64) -> Option<usize> {
         if !(height >= self.base && height <= self.top) || self.panels.is_empty() {
             return None;

@@ -77,6 +77,11 @@ impl Engine {
         }
     }
 
+    /// Whether no event chains are among the moves.
+    pub(crate) fn has_only_local_moves(&self) -> bool {
+        matches!(self, Self::Local(_))
+    }
+
     /// Makes one sweep. An error leaves the configuration valid.
     pub(crate) fn sweep<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
         &mut self,

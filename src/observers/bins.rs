@@ -57,6 +57,10 @@ impl Bins {
         self.count
     }
 
+    pub(super) fn lowest_center(&self) -> f64 {
+        self.slab.lowest_center()
+    }
+
     pub(super) fn base_area(&self) -> f64 {
         self.slab.base_area()
     }
@@ -70,6 +74,14 @@ impl Bins {
     pub(super) fn centers(&self) -> impl ExactSizeIterator<Item = f64> + use<> {
         let Self { low, per_diameter, .. } = *self;
         (0..self.count).map(move |bin| low + (bin as f64 + 0.5) / per_diameter)
+    }
+
+    /// The bins that hold heights at which a centre can be, upwards.
+    pub(super) fn within_reach(&self) -> impl Iterator<Item = usize> + use<> {
+        let Self { slab, low, per_diameter, count, .. } = *self;
+        let edge = move |bin: usize| low + bin as f64 / per_diameter;
+        (0..count)
+            .filter(move |&bin| edge(bin + 1) > slab.lowest_center() && edge(bin) < slab.highest_center())
     }
 
     /// The bin of a height; the upper edge of the range belongs to the last bin.

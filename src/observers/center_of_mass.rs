@@ -1,6 +1,6 @@
 //! Height of the centre of mass against time.
 
-use crate::statistics::{self, Autocorrelation, Estimate};
+use crate::statistics::{self, Autocorrelation, Equilibration, Estimate};
 use crate::{Error, Frame, Observer, ObserverError};
 
 /// The series of the height `h_c` of the centre of mass, frame by frame.
@@ -112,6 +112,46 @@ impl CenterOfMass {
         statistics::autocorrelation(&self.series.heights)
     }
 
+    /// Where the steady state begins in this series, as the data have it; merged replicas are not included. See
+    /// [`equilibration`](statistics::equilibration()).
+    ///
+    /// # Errors
+    /// Those of [`equilibration`](statistics::equilibration()).
+    pub fn equilibration(&self) -> Result<Equilibration, Error> {
+        statistics::equilibration(&self.series.heights)
+    }
+
+    /// What is left after relaxation, each replica cut where its own data say that its steady state
+    /// begins.
+    ///
+    /// ```
+    /// use gradient_mc::observers::CenterOfMass;
+    /// use gradient_mc::{Error, Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+    /// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 36, UniformField::default(), Isothermal::new(5.0)?)?;
+    /// let mut center_of_mass = CenterOfMass::new();
+    /// Simulation::builder(scene).build()?.run(2000, &mut center_of_mass)?;
+    /// match center_of_mass.equilibrated() {
+    ///     Ok(steady) => println!("{} from sweep {} on", steady.estimate()?, steady.sweeps()[0]),
+    ///     Err(Error::NotEquilibrated { .. }) => println!("run longer"),
+    ///     Err(error) => return Err(error),
+    /// }
+    /// # Ok::<(), gradient_mc::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Those of [`equilibration`](statistics::equilibration()), of any replica.
+    pub fn equilibrated(&self) -> Result<Self, Error> {
+        let cut = |series: &Series| {
+            if series.heights.is_empty() {
+                return Ok(Series::default());
+            }
+            let start = statistics::equilibration(&series.heights)?.start;
+            Ok(Series { sweeps: series.sweeps[start..].to_vec(), heights: series.heights[start..].to_vec() })
+        };
+        let replicas = self.replicas.iter().map(cut).collect::<Result<_, Error>>()?;
+        Ok(Self { series: cut(&self.series)?, replicas })
+    }
+
     /// Adds the series of an independent replica of the scene.
     ///
     /// # Errors
@@ -166,6 +206,33 @@ mod tests {
         assert!((variance.standard_error / (2.24_f64 / 4000.0).sqrt() - 1.0).abs() < 0.25, "{variance}");
         assert!(center.drift().unwrap().deviation_from(0.0).abs() < 4.0);
         assert!((center.autocorrelation().unwrap().time.mean - 0.5).abs() < 0.1);
+    }
+
+    #[test]
+    fn relaxation_is_cut_off_replica_by_replica() {
+        let relaxing = |seed: u64, frames: u32| {
+            let mut center = observed(2000, seed);
+            for frame in 0..frames {
+                center.series.heights[frame as usize] +=
+                    30.0 * (-5.0 * f64::from(frame) / f64::from(frames)).exp();
+            }
+            center
+        };
+        let mut center = relaxing(1, 300);
+        center.merge(&relaxing(1_000_000, 600)).unwrap();
+        assert!(center.estimate().unwrap().mean > 6.0);
+        let steady = center.equilibrated().unwrap();
+        assert_eq!(steady.sweeps().len(), 2000 - center.equilibration().unwrap().start);
+        assert!(steady.heights().len() > steady.replicas[0].heights.len() + 100);
+        let estimate = steady.estimate().unwrap();
+        assert!(
+            (estimate.mean - 5.5).abs() < 4.0 / 3000_f64.sqrt() && estimate.standard_error < 0.025,
+            "{estimate}"
+        );
+        // A replica that is still on its way is no steady state.
+        center.merge(&relaxing(2_000_000, 2000)).unwrap();
+        assert!(matches!(center.equilibrated(), Err(Error::NotEquilibrated { observations: 2000, .. })));
+        assert_eq!(CenterOfMass::new().equilibrated().unwrap().heights().len(), 0);
     }
 
     #[test]

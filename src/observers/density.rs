@@ -1,8 +1,9 @@
 //! Number density against height.
 
 use super::bins::{Bins, Place};
+use super::doubts;
 use crate::statistics::{BlockAverages, Estimate};
-use crate::{Error, Frame, Observer, ObserverError, Slab};
+use crate::{Error, Frame, Observer, ObserverError, Slab, Warning};
 
 /// Number density n(x) in bins of equal height.
 ///
@@ -98,6 +99,13 @@ impl DensityProfile {
         Ok(points.collect())
     }
 
+    /// What speaks against single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base up to where 1 % of
+    /// the spheres seen is left. Above that, and in a vacuum, bins are empty by right.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Warning> {
+        doubts::of_bins(&self.bins, &self.averages)
+    }
+
     /// Any function of the bins' number densities, with errors by jackknife over blocks.
     ///
     /// # Errors
@@ -113,6 +121,11 @@ impl DensityProfile {
             densities.extend(counts.iter().map(|count| count / volume));
             function(&densities)
         })
+    }
+
+    /// Where centres begin.
+    pub(super) fn lowest_center(&self) -> f64 {
+        self.bins.lowest_center()
     }
 
     /// Adds what an independent replica of the scene has seen.

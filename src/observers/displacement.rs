@@ -11,6 +11,8 @@ use crate::{AcceptedMove, Error, Frame, Observer, ObserverError, Recorder, Slab}
 /// it leaves out how seldom a move is accepted, the path and the number of accepted moves per sphere
 /// and sweep are measured too.
 ///
+/// Lengths are those of the moves in use: the paper's are of local moves with S = 0.75, and 0.25 in the strongest field.
+///
 /// Accepted moves are counted as they happen, the spheres of a bin when a frame is observed. What is
 /// observed is therefore *intervals*: the moves since the previous frame. Moves before the first frame
 /// count for nothing, nor does an interval in which the simulation ran without this observer.

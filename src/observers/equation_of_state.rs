@@ -1,9 +1,10 @@
 //! Density and pressure together: the equation of state that one run yields.
 
 use super::bins::Bins;
+use super::doubts;
 use super::pressure::weigh_column;
 use crate::statistics::{BlockAverages, Estimate};
-use crate::{Error, Frame, Observer, ObserverError, Slab, equation_of_state};
+use crate::{Error, Frame, Observer, ObserverError, Slab, Warning, equation_of_state};
 
 /// Density and pressure in the same bins of the same frames, so that P/(nT) comes with an error that
 /// knows how the two are correlated.
@@ -171,6 +172,13 @@ impl EquationOfStateProfile {
             DeviationPoint { height, packing_fraction: super::packing_fraction(density), deviation }
         });
         Ok(points.collect())
+    }
+
+    /// What speaks against single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base up to where 1 % of
+    /// the spheres seen is left. Above that, and in a vacuum, bins are empty by right.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Warning> {
+        doubts::of_bins(&self.bins, &self.averages)
     }
 
     /// Any function of the states of all bins, upwards, with errors by the jackknife over blocks: means over groups of

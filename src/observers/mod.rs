@@ -1,6 +1,16 @@
 //! Ready observers: one file per observable.
 //!
-//! All observe in one pass over the spheres, and their memory does not grow with the run (but for the
+//! | what | observer |
+//! |---|---|
+//! | profiles | [`DensityProfile`], [`PressureProfile`], [`EquationOfStateProfile`], [`ChainPressureProfile`], [`DisplacementProfile`] |
+//! | is it steady? | [`CenterOfMass`] |
+//! | order in the plane of a layer | [`RadialDistribution`], [`NeighborAngles`], [`HexaticOrder`] |
+//! | layers on top of each other | [`DensityProfile::layers`] |
+//! | fcc, hcp or fluid | [`StructureProfile`]; sphere by sphere, [`BondOrder`] |
+//! | for an observer of your own | [`Neighbors`] |
+//!
+//! All observe in one pass over the spheres (those of structure find neighbours as well, by cells, in a time proportional
+//! to their number), and their memory does not grow with the run (but for the
 //! series of [`CenterOfMass`]); all keep enough to give error bars that account for correlations in
 //! time; and independent replicas of one scene are pooled with `merge`.
 //!
@@ -9,22 +19,38 @@
 //! measured in wider bins, up to a diameter.
 
 mod bins;
+mod bond_order;
 mod center_of_mass;
 mod chain_pressure;
 mod density;
 mod displacement;
+mod doubts;
 mod equation_of_state;
+mod hexatic;
+mod layers;
+mod neighbor_angles;
+mod neighbors;
 mod pressure;
+mod radial_distribution;
+mod steinhardt;
+mod structure;
 #[cfg(test)]
 mod test_frame;
 
 pub use bins::MAXIMUM_BINS;
+pub use bond_order::{BondOrder, Structure};
 pub use center_of_mass::CenterOfMass;
 pub use chain_pressure::{ChainPressurePoint, ChainPressureProfile};
 pub use density::{DensityPoint, DensityProfile};
 pub use displacement::{DisplacementPoint, DisplacementProfile};
 pub use equation_of_state::{BinState, DeviationPoint, EquationOfStatePoint, EquationOfStateProfile};
+pub use hexatic::HexaticOrder;
+pub use layers::Layer;
+pub use neighbor_angles::{NeighborAnglePoint, NeighborAngles};
+pub use neighbors::{Neighbor, Neighbors};
 pub use pressure::{PressurePoint, PressureProfile};
+pub use radial_distribution::{RadialDistribution, RadialDistributionPoint};
+pub use structure::{StructurePoint, StructureProfile};
 
 use crate::Error;
 use crate::statistics::Estimate;
@@ -47,4 +73,13 @@ fn require_same_temperatures(mine: &[f64], others: impl Iterator<Item = f64>) ->
         }
     }
     Ok(())
+}
+
+/// Fails unless two observers look for neighbours within the same radius.
+fn require_same_radius(mine: &Neighbors, other: &Neighbors) -> Result<(), Error> {
+    if mine.radius().to_bits() == other.radius().to_bits() {
+        return Ok(());
+    }
+    let requirement = "observers can only be pooled if their radii are the same";
+    Err(Error::InvalidParameter { name: "search radius", value: other.radius(), requirement })
 }

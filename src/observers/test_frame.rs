@@ -52,3 +52,17 @@ pub(super) fn ideal_heights(particles: usize, seed: u64) -> Vec<f64> {
     let mut generator = Pcg64Mcg::seed_from_u64(seed);
     (0..particles).map(|_| 0.5 - 5.0 * (1.0 - generator.random::<f64>()).ln()).collect()
 }
+
+/// A perfect hexagonal layer at height 0.5, of `cells` by `cells` rectangles of two spheres whose short side is
+/// `spacing`; the spacing is returned as well.
+pub(super) fn hexagonal_layer(cells: u32, spacing: f64) -> (Scene, f64) {
+    let row = spacing * 3.0_f64.sqrt();
+    let mut scene = Scene::new(10.0, &[]);
+    scene.slab = Slab::new(10.0, f64::from(cells) * spacing, f64::from(cells) * row).unwrap();
+    for (column, line) in (0..cells).flat_map(|column| (0..cells).map(move |line| (column, line))) {
+        let corner = [f64::from(column) * spacing, f64::from(line) * row];
+        scene.positions.push([0.5, corner[0], corner[1]]);
+        scene.positions.push([0.5, corner[0] + 0.5 * spacing, corner[1] + 0.5 * row]);
+    }
+    (scene, spacing)
+}

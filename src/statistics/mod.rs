@@ -4,6 +4,7 @@
 //! | given | take |
 //! |---|---|
 //! | a series of numbers | [`blocking`], [`variance`], [`drift`], [`autocorrelation`] |
+//! | a series that begins with a relaxation | [`equilibration`] |
 //! | vectors that arrive one by one, too many to keep | [`BlockAverages`] |
 //! | a function of several averages (a ratio) | [`BlockAverages::jackknife`] |
 //! | independent runs | [`BlockAverages::merge`]; the paper's σ and δ: [`deviations`] |
@@ -15,17 +16,19 @@ mod autocorrelation;
 mod block_averages;
 mod blocking;
 pub mod deviations;
+mod equilibration;
 mod estimate;
 #[cfg(test)]
-mod test_series;
+pub(crate) mod test_series;
 
 pub use autocorrelation::{Autocorrelation, autocorrelation};
 pub use block_averages::BlockAverages;
 pub use blocking::{blocking, drift, variance};
+pub use equilibration::{Equilibration, equilibration};
 pub use estimate::Estimate;
 
 /// Fewest blocks from which an error is estimated: it is then itself uncertain by 1/√(2·15) = 18 %.
-const MINIMUM_BLOCKS: usize = 16;
+pub(crate) const MINIMUM_BLOCKS: usize = 16;
 
 /// The larger of two errors, NaN if either is (`f64::max` would hide it).
 fn larger(first: f64, second: f64) -> f64 {

@@ -98,6 +98,10 @@ impl Slice<'_> {
             let generator = &mut generator_of(tile);
             self.read(common.domains, census);
             let places = &mut census.moving;
+            if common.record {
+                // All at once: those that record now and then would otherwise need memory whenever more are accepted.
+                outcome.moves.reserve(places.len());
+            }
             // Where most trials overlap, most of them are settled sooner.
             if 10 * places.len() > 3 * cells {
                 self.try_all::<F, T, D, CROWDED>(common, tile, generator, outcome, places);

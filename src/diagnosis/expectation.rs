@@ -1,0 +1,162 @@
+//! What theory expects of a scene.
+
+use crate::equation_of_state::{EquationOfState, FREEZING, FluidSolid, ModifiedKolafa};
+use crate::statistics::Estimate;
+use crate::{Error, Field, HydrostaticProfile, Hydrostatics, Scene, TemperatureProfile, Warning};
+
+/// The theory profile of a scene between its walls, and what follows from it.
+#[derive(Debug, Clone)]
+pub(super) struct Expectation {
+    profile: HydrostaticProfile,
+    particles: usize,
+    lowest: f64,
+}
+
+impl Expectation {
+    /// Parts of the column, with equally many spheres, over which is summed.
+    const PARTS: u32 = 512;
+    /// A local theory of fewer spheres than this is none.
+    const FEWEST_SPHERES: usize = 64;
+    /// The centre of mass of every healthy column here lies within a third of this of the theory's.
+    const TOLERANCE: f64 = 0.03;
+    /// A deviation of more standard errors than this is no accident, even if they are underestimated by half.
+    const SIGNIFICANT: f64 = 6.0;
+
+    pub(super) fn new<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>) -> Result<Self, Error> {
+        let theory = Hydrostatics::new(scene.field(), scene.temperature(), FluidSolid::default());
+        let profile = theory.between_walls(scene.slab(), scene.column_density()).or_else(|_| {
+            // The front between fluid and solid is the hardest; a metastable fluid has none, and says so.
+            let fluid = Hydrostatics::new(scene.field(), scene.temperature(), ModifiedKolafa);
+            fluid.between_walls(scene.slab(), scene.column_density())
+        })?;
+        Ok(Self { profile, particles: scene.particles(), lowest: scene.slab().lowest_center() })
+    }
+
+    pub(super) fn profile(&self) -> &HydrostaticProfile {
+        &self.profile
+    }
+
+    /// Variance of the height of the centre of mass in equilibrium in the field that makes this density.
+    ///
+    /// It is the response to a uniform field: Var(h) = −(1/N) dh/dε for a reduced potential u + εx, whatever u is. With
+    /// a local equation of state δn = nχ (δμ − εx), where χ = 1/(Z + dZ/d ln η) and δμ keeps the number of spheres, so
+    /// N Var(h) is the mean of χ(x − x̄)² over spheres, about x̄ with weights χ. For an isothermal column in a uniform
+    /// field this is the sum rule Var(h) = (T²/N) dh/dT.
+    pub(super) fn variance(&self) -> f64 {
+        let (mut zeroth, mut first, mut second) = (0.0, 0.0, 0.0);
+        for part in 0..Self::PARTS {
+            let height = self.profile.height_of_fraction((f64::from(part) + 0.5) / f64::from(Self::PARTS));
+            let eta = self.profile.packing_fraction(height);
+            let equation = FluidSolid::default();
+            let stiffness = equation.compressibility_factor(eta) + equation.compressibility_derivative(eta);
+            // Between fluid and solid it would be zero, where there is no sphere.
+            let compressibility = 1.0 / stiffness.max(1.0);
+            zeroth += compressibility;
+            first += compressibility * height;
+            second += compressibility * height * height;
+        }
+        (second - first * first / zeroth) / (f64::from(Self::PARTS) * self.particles as f64)
+    }
+
+    /// Whether the centre of mass is where this theory has it.
+    fn is_good(&self) -> bool {
+        let (_, density) = self.profile.density_maximum();
+        let steep = |warning: &Warning| matches!(warning, Warning::SteepGradient { .. });
+        self.particles >= Self::FEWEST_SPHERES
+            && crate::equation_of_state::packing_fraction(density) <= FREEZING
+            && !self.profile.warnings().iter().any(steep)
+    }
+
+    /// Compares a measured centre of mass.
+    pub(super) fn far_from(&self, center_of_mass: Estimate) -> Option<Warning> {
+        let theory = self.profile.center_of_mass();
+        let far = (center_of_mass.mean - theory).abs() > Self::TOLERANCE * (theory - self.lowest)
+            && center_of_mass.deviation_from(theory).abs() > Self::SIGNIFICANT;
+        (far && self.is_good()).then_some(Warning::FarFromTheory { center_of_mass, theory })
+    }
+
+    /// What can be said before the first sweep.
+    pub(super) fn of_the_scene<F, T: TemperatureProfile>(&self, scene: &Scene<F, T>) -> Vec<Warning> {
+        // An isothermal simulation is exact whatever the gradient; with a temperature that varies, P = n T Z(η) at
+        // every height is what is meant by the scene.
+        let slab = scene.slab();
+        let at = |height: f64| scene.temperature().temperature(height);
+        let base = at(slab.lowest_center());
+        let varies = (0..=Self::PARTS).any(|part| {
+            let height =
+                slab.lowest_center() + (slab.height() - 1.0) * f64::from(part) / f64::from(Self::PARTS);
+            (at(height) / base - 1.0).abs() > 1e-9
+        });
+        let concerns_simulation = |warning: &Warning| match warning {
+            Warning::SteepGradient { .. } | Warning::DensityJump { .. } => varies,
+            Warning::LidTooLow { .. } => true,
+            _ => false,
+        };
+        let mut warnings = self.profile.warnings();
+        warnings.retain(concerns_simulation);
+        for warning in &mut warnings {
+            if let Warning::LidTooLow { lid, .. } = warning {
+                // Not where the bulk ends that stands for the layers below it.
+                *lid = slab.height();
+            }
+        }
+        warnings
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::Slab;
+    use crate::field::{ExponentialField, SumField, UniformField};
+    use crate::temperature::Isothermal;
+
+    /// dh/dε of a field to which ε is added, by two solutions.
+    fn response<F: Field + Copy>(field: F, temperature: f64, slab: &Slab, spheres: f64) -> f64 {
+        let step = 1e-3;
+        let height = |more: f64| {
+            let field = SumField(field, UniformField::new(more).unwrap());
+            let theory =
+                Hydrostatics::new(field, Isothermal::new(temperature).unwrap(), FluidSolid::default());
+            theory.between_walls(slab, spheres).unwrap().center_of_mass()
+        };
+        (height(step) - height(-step)) / (2.0 * step)
+    }
+
+    #[test]
+    fn the_variance_is_the_response_of_the_theory() {
+        let slab = Slab::new(400.0, 5.0, 5.0).unwrap();
+        for temperature in [12.0, 15.0, 30.0] {
+            let uniform =
+                Scene::new(slab, 1000, UniformField::default(), Isothermal::new(temperature).unwrap());
+            let varying = Scene::new(
+                slab,
+                1000,
+                ExponentialField::new(0.02).unwrap(),
+                Isothermal::new(temperature).unwrap(),
+            );
+            let pairs = [
+                (
+                    Expectation::new(&uniform.unwrap()).unwrap(),
+                    response(UniformField::default(), temperature, &slab, 40.0),
+                ),
+                (
+                    Expectation::new(&varying.unwrap()).unwrap(),
+                    response(ExponentialField::new(0.02).unwrap(), temperature, &slab, 40.0),
+                ),
+            ];
+            for (expectation, response) in pairs {
+                let required = -temperature * response / 1000.0;
+                assert!(
+                    (expectation.variance() / required - 1.0).abs() < 0.02,
+                    "{required} {}",
+                    expectation.variance()
+                );
+            }
+        }
+        // Of Carnahan-Starling: (T²/N) dh/dT with dh/dT = 1.3206 at T = 15.
+        let scene = Scene::new(slab, 1000, UniformField::default(), Isothermal::new(15.0).unwrap()).unwrap();
+        let variance = Expectation::new(&scene).unwrap().variance();
+        assert!((variance / (225.0 * 1.3206 / 1000.0) - 1.0).abs() < 0.02, "{variance}");
+    }
+}

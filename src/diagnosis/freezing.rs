@@ -1,0 +1,88 @@
+//! Whether a part of the column is beyond freezing, and whether a crystal would fit the box.
+
+use super::hexagonal;
+use crate::equation_of_state::{EquationOfState, FREEZING, FluidSolid, SpeedySolid, packing_fraction};
+use crate::monitor::Monitor;
+use crate::{Field, HydrostaticProfile, Scene, TemperatureProfile, Warning};
+
+/// Coexistence is known to 0.2 %; a column is pushed beyond it by more, or not at all.
+const MARGIN: f64 = 1.01;
+/// A band at least so far above freezing is not there by chance.
+const DENSITY_MARGIN: f64 = 0.005;
+/// A thinner layer beyond freezing does not matter.
+const THINNEST: f64 = 1.0;
+/// Layers at a wall are not averaged out in bands that are closer to it.
+const LAYERED: f64 = 4.0;
+/// An elastic energy of ½ · 50 T/d³ · strain² then lowers P of coexistence by some 2 %, and a crystal is as much denser
+/// or thinner as its own compressibility allows.
+const LARGEST_STRAIN: f64 = 0.02;
+
+/// Judges pressures from the weight of the measured column, which layers do not disturb, and densities.
+pub(super) fn warnings<F: Field, T: TemperatureProfile>(
+    scene: &Scene<F, T>,
+    monitor: &Monitor,
+    theory: Option<&HydrostaticProfile>,
+) -> Vec<Warning> {
+    let Some(occupancy) = monitor.mean_occupancy() else { return Vec::new() };
+    let bands = monitor.bands();
+    let (area, height) = (scene.slab().base_area(), bands.height());
+    let freezing = MARGIN * FluidSolid::default().coexistence().reduced_pressure;
+    // P/T at the lower edges, and at the lid.
+    let mut pressures = vec![theory.map_or(0.0, HydrostaticProfile::lid_pressure); occupancy.len() + 1];
+    for (band, &count) in occupancy.iter().enumerate().rev() {
+        let acceleration = scene.field().acceleration(bands.edge(band) + 0.5 * height);
+        pressures[band] = pressures[band + 1] + count * acceleration / area;
+    }
+    for (edge, pressure) in pressures.iter_mut().enumerate() {
+        *pressure /= scene.temperature().temperature(bands.edge(edge).min(scene.slab().highest_center()));
+    }
+    let eta = |band: usize| {
+        let next = (band + 1).min(occupancy.len() - 1);
+        // The bulk profile that holds as many spheres as the layers begins this far above the wall.
+        let lost = if band == 0 { 0.125 } else { 0.0 };
+        let heights = if next > band { 2.0 * height } else { height };
+        let count = if next > band { occupancy[band] + occupancy[next] } else { occupancy[band] };
+        packing_fraction(count / (area * (heights - lost)))
+    };
+    let (mut range, mut densest) = (None, 0.0_f64);
+    let mut extend = |low: f64, high: f64| {
+        range = Some(
+            range.map_or((low, high), |(lowest, highest): (f64, f64)| (lowest.min(low), highest.max(high))),
+        );
+    };
+    for band in 0..occupancy.len() {
+        let [below, above] = [pressures[band], pressures[band + 1]];
+        let (low, high) = (bands.edge(band), bands.edge(band + 1));
+        let crossing = low + height * (freezing - below) / (above - below);
+        let away = low >= LAYERED && high + height <= scene.slab().height() - LAYERED;
+        if away && eta(band) > FREEZING + DENSITY_MARGIN {
+            extend(low, high);
+        } else if below > freezing {
+            extend(low, if above > freezing { high } else { crossing });
+        } else if above > freezing {
+            extend(crossing, high);
+        } else {
+            continue;
+        }
+        densest = densest.max(eta(band));
+    }
+    let mut warnings = Vec::new();
+    if let Some((lowest_height, highest_height)) = range.filter(|(low, high)| high - low >= THINNEST) {
+        warnings.push(Warning::Metastable { lowest_height, highest_height, packing_fraction: densest });
+        warnings.extend(incommensurate(scene, pressures[0]));
+    }
+    warnings
+}
+
+/// Whether the crystal that is stable at the pressure of the base fits across.
+fn incommensurate<F, T>(scene: &Scene<F, T>, reduced_pressure: f64) -> Option<Warning> {
+    let coexistence = FluidSolid::default().coexistence();
+    let eta = SpeedySolid
+        .packing_fraction_at(reduced_pressure.max(coexistence.reduced_pressure), Some(coexistence.solid))?;
+    // π/√18 where neighbours touch.
+    let lattice_constant = libm::cbrt(std::f64::consts::PI / 18_f64.sqrt() / eta);
+    let widths = scene.slab().widths();
+    let strain = hexagonal::smallest_strain(widths.map(|width| width / lattice_constant));
+    let width = widths[0].min(widths[1]);
+    (strain > LARGEST_STRAIN).then_some(Warning::BoxIncommensurate { strain, width, lattice_constant })
+}

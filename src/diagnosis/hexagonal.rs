@@ -1,0 +1,101 @@
+//! How well hexagonal layers fit a periodic rectangle.
+
+/// Lattice vector m(1, 0) + n(½, √3/2).
+fn vector(m: f64, n: f64) -> [f64; 2] {
+    [m + 0.5 * n, 0.75_f64.sqrt() * n]
+}
+
+/// The smallest strain with which a hexagonal lattice of unit spacing becomes periodic in a rectangle of these sides.
+///
+/// Of all pairs of lattice vectors that can be turned and strained into the two sides, the one whose larger principal
+/// strain is the smallest. Rows along a side are one case: then the other side has a whole even number of rows.
+pub(super) fn smallest_strain(sides: [f64; 2]) -> f64 {
+    // Larger strains are of no interest, and beyond this width there always is a pair with a smaller one.
+    const LARGEST: f64 = 0.15;
+    const WIDEST: f64 = 60.0;
+    let [length, width] = sides;
+    if length > WIDEST || width > WIDEST {
+        return 0.0;
+    }
+    let mut smallest = f64::INFINITY;
+    // At most some 80 in each direction.
+    let most = (length * (1.0 + LARGEST) * 2.0 / 3_f64.sqrt()).ceil();
+    let mut n = 0.0;
+    while n <= most {
+        let mut m = -0.5 * n - most;
+        m = m.ceil();
+        while m <= most {
+            let first = vector(m, n);
+            let norm = (first[0] * first[0] + first[1] * first[1]).sqrt();
+            if (norm / length - 1.0).abs() <= LARGEST {
+                // Where the other one should end, and the lattice points around.
+                let scale = width / norm;
+                let ideal = [-first[1] * scale, first[0] * scale];
+                let row = ideal[1] / 0.75_f64.sqrt();
+                for n in [row.floor(), row.ceil()] {
+                    let place = ideal[0] - 0.5 * n;
+                    for m in [place.floor(), place.ceil()] {
+                        smallest = smallest.min(strain(first, vector(m, n), sides));
+                    }
+                }
+            }
+            m += 1.0;
+        }
+        n += 1.0;
+    }
+    smallest
+}
+
+/// Larger principal strain of the deformation that turns two vectors into the sides of a rectangle.
+fn strain(first: [f64; 2], second: [f64; 2], [length, width]: [f64; 2]) -> f64 {
+    let determinant = first[0] * second[1] - first[1] * second[0];
+    if determinant <= 0.0 {
+        return f64::INFINITY;
+    }
+    // F = diag(length, width) [first second]⁻¹, up to the rotation.
+    let rows = [
+        [length * second[1] / determinant, -length * second[0] / determinant],
+        [-width * first[1] / determinant, width * first[0] / determinant],
+    ];
+    // Principal stretches: square roots of the eigenvalues of FᵀF.
+    let [[a, b], [c, d]] = rows;
+    let (xx, yy, xy) = (a * a + c * c, b * b + d * d, a * b + c * d);
+    let (mean, half) = (0.5 * (xx + yy), (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt());
+    let stretches = [(mean + half).sqrt(), (mean - half).max(0.0).sqrt()];
+    stretches.into_iter().fold(0.0, |largest: f64, stretch| largest.max((stretch - 1.0).abs()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whole_rows_fit_and_others_do_not() {
+        let row = 0.75_f64.sqrt();
+        // Ten spheres along, twelve rows across, in both orientations.
+        assert!(smallest_strain([10.0, 12.0 * row]) < 1e-12);
+        assert!(smallest_strain([12.0 * row, 10.0]) < 1e-12);
+        // Stretched by two per cent: it costs that, or another orientation costs less.
+        assert!((smallest_strain([3.06, 4.08 * row]) - 0.02).abs() < 1e-12);
+        assert!((0.005..0.02).contains(&smallest_strain([10.2, 12.24 * row])));
+        // Turned: 4a + b, of length √21, and 4b + b' at right angles to it, √3 times as long.
+        let side = 21_f64.sqrt();
+        assert!(smallest_strain([side, 3_f64.sqrt() * side]) < 1e-12);
+        // A small square fits none well; a large one always does.
+        let square = |width: f64| smallest_strain([width, width]);
+        assert!(square(4.0) > 0.1 && square(6.0) > 0.04 && square(25.0) < 0.01);
+    }
+
+    /// By brute force over all pairs.
+    #[test]
+    fn no_other_pair_fits_better() {
+        for sides in [[4.3, 5.1], [6.0, 6.0], [5.5, 8.7]] {
+            let range = || (-14..=14).map(f64::from);
+            let vectors: Vec<[f64; 2]> = range().flat_map(|m| range().map(move |n| vector(m, n))).collect();
+            let pairs = vectors.iter().flat_map(|&first| vectors.iter().map(move |&second| (first, second)));
+            let best =
+                pairs.map(|(first, second)| strain(first, second, sides)).fold(f64::INFINITY, f64::min);
+            approx::assert_relative_eq!(smallest_strain(sides), best, epsilon = 1e-12);
+        }
+    }
+}

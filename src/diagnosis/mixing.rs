@@ -1,0 +1,138 @@
+//! Whether the centre of mass has seen what it should.
+
+use crate::Warning;
+use crate::statistics::{Estimate, autocorrelation, blocking, drift};
+use crate::warning::MixingEvidence;
+
+/// The series of the centre of mass, and what equilibrium demands of it.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Mixing<'a> {
+    series: &'a [f64],
+    required_variance: Option<f64>,
+}
+
+impl<'a> Mixing<'a> {
+    /// A drift of more standard errors than this is no accident.
+    const LARGEST_DRIFT: f64 = 4.0;
+    /// Nor does one below this many standard deviations of an equilibrium configuration matter: the error bar of a run
+    /// that has seen a few independent ones is as large.
+    const SMALLEST_DRIFT: f64 = 0.75;
+    /// Correlation times of so short a series come out too short: this many stands for some 12.
+    const FEWEST_INDEPENDENT: f64 = 20.0;
+    /// Sixteen independent numbers have a smaller part of their variance once in a thousand runs.
+    const QUIETEST: f64 = 0.25;
+
+    pub(super) fn new(series: &'a [f64], required_variance: Option<f64>) -> Self {
+        Self { series, required_variance }
+    }
+
+    /// Height of the centre of mass; its error is NaN if the series is too short for one.
+    pub(super) fn center_of_mass(&self) -> Estimate {
+        blocking(self.series).unwrap_or(Estimate::new(f64::NAN, f64::NAN))
+    }
+
+    fn variance(&self) -> f64 {
+        let count = self.series.len() as f64;
+        let mean = self.series.iter().sum::<f64>() / count;
+        self.series.iter().map(|height| (height - mean) * (height - mean)).sum::<f64>() / count
+    }
+
+    /// Number of independent configurations.
+    fn effective_sample_size(&self) -> f64 {
+        match autocorrelation(self.series) {
+            Ok(result) => result.effective_sample_size,
+            // It asks for 50 τ, and the number is N/(2τ).
+            Err(crate::Error::TooFewObservations { available, needed }) => {
+                25.0 * available as f64 / needed as f64
+            }
+            // A series that never changes.
+            Err(_) => 1.0,
+        }
+    }
+
+    pub(super) fn warnings(&self, sweeps: u64) -> Vec<Warning> {
+        let mut evidence = Vec::new();
+        let variance = self.variance();
+        if let Ok(drift) = drift(self.series) {
+            let smallest =
+                self.required_variance.map_or(0.0, |required| Self::SMALLEST_DRIFT * required.sqrt());
+            if drift.deviation_from(0.0).abs() > Self::LARGEST_DRIFT && drift.mean.abs() > smallest {
+                evidence.push(MixingEvidence::Drift { drift });
+            }
+        }
+        let effective_sample_size = self.effective_sample_size();
+        if effective_sample_size < Self::FEWEST_INDEPENDENT {
+            evidence.push(MixingEvidence::FewIndependent { effective_sample_size });
+        }
+        if let Some(required) = self.required_variance.filter(|required| variance < Self::QUIETEST * required)
+        {
+            evidence.push(MixingEvidence::TooQuiet { variance, required });
+        }
+        evidence.into_iter().map(|evidence| Warning::NotMixed { sweeps, evidence }).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::statistics::test_series::autoregressive;
+
+    /// Parts of 1000 stationary series, with a memory such that they hold `size` independent numbers, of which there is
+    /// any warning, and one of a drift.
+    fn warned_of(length: usize, size: f64, required: f64) -> [f64; 2] {
+        const SERIES: u64 = 1000;
+        let memory = libm::exp(-2.0 * size / length as f64);
+        let mut warned = [0.0; 2];
+        for seed in 0..SERIES {
+            let warnings = Mixing::new(&autoregressive(memory, length, seed), Some(required)).warnings(1);
+            let is_drift = |warning: &Warning| {
+                matches!(warning, Warning::NotMixed { evidence: MixingEvidence::Drift { .. }, .. })
+            };
+            warned[0] += f64::from(u8::from(!warnings.is_empty())) / SERIES as f64;
+            warned[1] += f64::from(u8::from(warnings.iter().any(is_drift))) / SERIES as f64;
+        }
+        warned
+    }
+
+    #[test]
+    fn few_independent_numbers_are_warned_of_and_many_are_not() {
+        for length in [64, 128] {
+            assert!(warned_of(length, 4.0, 1.0)[0] > 0.9);
+            assert!(warned_of(length, 8.0, 1.0)[0] > 0.7);
+            let [any, drift] = warned_of(length, 64.0, 1.0);
+            assert!(any < 0.02 && drift < 0.005, "{any} {drift}");
+            // Quieter than equilibrium by a factor of eight, twice what is allowed: always, though the series looks like
+            // many numbers, whose variance scatters by 18 %. By a factor of two: no more often than otherwise.
+            assert!(warned_of(length, 64.0, 8.0)[0] > 0.99);
+            assert!(warned_of(length, 64.0, 2.0)[0] < 0.02);
+        }
+        // The shortest series that is judged.
+        assert!(warned_of(32, 16.0, 1.0)[1] < 0.01);
+    }
+
+    #[test]
+    fn a_series_that_moves_or_stands_still_is_warned_of() {
+        let ramp: Vec<f64> = autoregressive(0.0, 256, 1)
+            .iter()
+            .zip(0..)
+            .map(|(noise, i)| noise + 0.02 * f64::from(i))
+            .collect();
+        let warnings = Mixing::new(&ramp, Some(1.0)).warnings(7);
+        assert!(
+            matches!(warnings[0], Warning::NotMixed { sweeps: 7, evidence: MixingEvidence::Drift { drift } } if drift.mean > 2.0),
+            "{warnings:?}"
+        );
+        let still = Mixing::new(&[3.0; 256], Some(1.0)).warnings(7);
+        let evidence = |warning: &Warning| match warning {
+            Warning::NotMixed { evidence, .. } => Some(*evidence),
+            _ => None,
+        };
+        assert_eq!(
+            still.iter().filter_map(evidence).collect::<Vec<_>>(),
+            [
+                MixingEvidence::FewIndependent { effective_sample_size: 1.0 },
+                MixingEvidence::TooQuiet { variance: 0.0, required: 1.0 }
+            ]
+        );
+    }
+}

@@ -1,0 +1,90 @@
+//! What the notes of a run, its scene and the theory of it say against the run: one file for each kind of doubt.
+//!
+//! Notes, scene and theory go in, warnings come out; no judgement knows of another.
+
+mod acceptance;
+mod expectation;
+mod freezing;
+mod hexagonal;
+mod mixing;
+mod narrow;
+
+use crate::drive::Drive;
+use crate::monitor::Monitor;
+use crate::moves::Engine;
+use crate::{Error, Field, Scene, TemperatureProfile, Warning};
+use expectation::Expectation;
+use mixing::Mixing;
+
+/// All that is judged: notes of production, the scene and the drive.
+#[derive(Clone, Copy)]
+pub(crate) struct Case<'a, F, T, D> {
+    pub(crate) scene: &'a Scene<F, T>,
+    pub(crate) drive: &'a D,
+    pub(crate) monitor: &'a Monitor,
+    /// What sweeps consist of.
+    pub(crate) engine: &'a Engine,
+}
+
+impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Case<'_, F, T, D> {
+    /// Fewest sweeps of production from which anything is concluded: half of them have sixteen numbers of the series.
+    const FEWEST_SWEEPS: u64 = 32 * Monitor::FIRST_INTERVAL;
+
+    pub(crate) fn warnings(&self) -> Vec<Warning> {
+        let Self { scene, drive, monitor, .. } = *self;
+        let sweeps = monitor.sweeps();
+        let changes = drive.generation().saturating_sub(monitor.generation());
+        let mut warnings = drive.warnings(scene);
+        let theory = match Expectation::new(scene) {
+            Ok(theory) => Some(theory),
+            Err(error) => {
+                let height = match error {
+                    Error::EquationOfStateExhausted { height, .. }
+                    | Error::HydrostaticsNotConverged { height, .. } => height,
+                    _ => f64::NAN,
+                };
+                warnings.push(Warning::NoTheory { height });
+                None
+            }
+        };
+        if let Some(theory) = &theory {
+            warnings.extend(theory.of_the_scene(scene));
+            warnings.extend(narrow::warning(scene, theory.profile()));
+        }
+        if sweeps < Self::FEWEST_SWEEPS {
+            warnings.push(Warning::TooShort { sweeps, needed: Self::FEWEST_SWEEPS });
+        } else {
+            if changes > 0 {
+                warnings.push(Warning::ChangesWhileMeasuring { changes });
+            }
+            // A field that changes is no equilibrium, whose fluctuations are known.
+            let required_variance = theory.as_ref().filter(|_| changes == 0).map(Expectation::variance);
+            let mixing = Mixing::new(monitor.series(), required_variance);
+            warnings.extend(mixing.warnings(sweeps));
+            if let Some(theory) = &theory {
+                warnings.extend(theory.far_from(mixing.center_of_mass()));
+            }
+            if self.engine.has_only_local_moves() {
+                let tuned = self.engine.local().is_some_and(|moves| moves.tuning().is_some());
+                warnings.extend(acceptance::low(monitor, tuned));
+            }
+        }
+        warnings.extend(freezing::warnings(scene, monitor, theory.as_ref().map(Expectation::profile)));
+        keep_longest(&mut warnings);
+        warnings
+    }
+}
+
+/// Of several demands for more sweeps, one is enough.
+fn keep_longest(warnings: &mut Vec<Warning>) {
+    let demand = |warning: &Warning| match warning {
+        Warning::TooShort { needed, .. } => Some(*needed),
+        _ => None,
+    };
+    let longest = warnings.iter().filter_map(demand).max();
+    let mut kept = false;
+    warnings.retain(|warning| match demand(warning) {
+        None => true,
+        needed => needed == longest && !std::mem::replace(&mut kept, true),
+    });
+}

@@ -1,0 +1,78 @@
+//! Where a theory profile is not to be trusted.
+
+use super::HydrostaticProfile;
+use crate::Warning;
+
+impl HydrostaticProfile {
+    /// Parts of the column, with equally many spheres, at which it is probed.
+    const PROBES: u32 = 512;
+    /// A local density that changes by more than this part of itself over a diameter is none.
+    const STEEPEST: f64 = 0.5;
+    /// A smaller part of the spheres does not matter.
+    const LEAST_SHARE: f64 = 0.01;
+    /// A pressure on the lid below this part of the largest leaves P(x) right to a per cent until it has fallen to a tenth.
+    const LARGEST_LID_PRESSURE: f64 = 1e-3;
+    /// Relative; less is rounding.
+    const SMALLEST_JUMP: f64 = 0.01;
+
+    /// What speaks against this profile: [`Warning::OutsideDomain`], [`Warning::SteepGradient`],
+    /// [`Warning::DensityJump`] (the largest), and [`Warning::LidTooLow`], which does not make the profile wrong but a
+    /// pressure that is taken from the weight of what lies above.
+    ///
+    /// ```
+    /// use gradient_mc::equation_of_state::CarnahanStarling;
+    /// use gradient_mc::{Hydrostatics, Warning, field::UniformField, temperature::Isothermal};
+    /// let column = |temperature: f64| {
+    ///     Hydrostatics::new(UniformField::default(), Isothermal::new(temperature)?, CarnahanStarling).column_density(40.0)
+    /// };
+    /// assert!(column(15.0)?.warnings().is_empty());
+    /// // So cold, its base freezes.
+    /// assert!(matches!(column(2.5)?.warnings()[..], [Warning::OutsideDomain { .. }]));
+    /// # Ok::<(), gradient_mc::Error>(())
+    /// ```
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Warning> {
+        let mut warnings = Vec::new();
+        if let Some(exit) = self.domain_exit() {
+            warnings.push(Warning::OutsideDomain { exit });
+        }
+        warnings.extend(self.steep_gradient());
+        warnings.extend(self.largest_jump());
+        let pressure_ratio = self.lid_pressure() / self.base_pressure().max(self.lid_pressure());
+        if pressure_ratio > Self::LARGEST_LID_PRESSURE {
+            warnings.push(Warning::LidTooLow { lid: self.top(), pressure_ratio });
+        }
+        warnings
+    }
+
+    /// By differences of ln n over half a diameter.
+    fn steep_gradient(&self) -> Option<Warning> {
+        const HALF: f64 = 0.25;
+        let slope = |height: f64| {
+            let low = (height - HALF).max(self.base());
+            let high = (height + HALF).min(self.top());
+            (libm::log(self.number_density(high)) - libm::log(self.number_density(low))) / (high - low)
+        };
+        let (mut steep, mut steepest) = (0, (self.base(), 0.0_f64));
+        for probe in 0..Self::PROBES {
+            let height = self.height_of_fraction((f64::from(probe) + 0.5) / f64::from(Self::PROBES));
+            let slope = slope(height);
+            if slope.abs() > Self::STEEPEST {
+                steep += 1;
+            }
+            if slope.abs() > steepest.1.abs() {
+                steepest = (height, slope);
+            }
+        }
+        let share = f64::from(steep) / f64::from(Self::PROBES);
+        let (height, slope) = steepest;
+        (share > Self::LEAST_SHARE).then_some(Warning::SteepGradient { height, slope, share })
+    }
+
+    fn largest_jump(&self) -> Option<Warning> {
+        let size = |[below, above]: [f64; 2]| libm::log(above / below).abs();
+        let jumps = self.jumps().filter(|(_, edges)| size(*edges) > Self::SMALLEST_JUMP);
+        let largest = jumps.max_by(|(_, one), (_, other)| size(*one).total_cmp(&size(*other)));
+        largest.map(|(height, [below, above])| Warning::DensityJump { height, below, above })
+    }
+}

@@ -1,0 +1,49 @@
+//! Bins that say nothing.
+
+use super::bins::Bins;
+use crate::Warning;
+use crate::statistics::{BlockAverages, MINIMUM_BLOCKS};
+
+/// Bins above the lowest so many of all spheres are the thin top of the column, where some are empty by right.
+const COLUMN: f64 = 0.99;
+
+/// What is wrong with bins whose counts are the first components of `averages`.
+///
+/// Judged are the bins in which a centre can be, from the base up to where 1 % of the spheres seen is left.
+pub(super) fn of_bins(bins: &Bins, averages: &BlockAverages) -> Vec<Warning> {
+    let mut counts = averages.mean();
+    counts.truncate(bins.count());
+    if averages.observations() == 0 {
+        // Not yet numbers.
+        counts.fill(0.0);
+    }
+    let total: f64 = counts.iter().sum();
+    let mut below = 0.0;
+    let top = counts.iter().position(|count| {
+        below += count;
+        below >= COLUMN * total
+    });
+    let column = bins.within_reach().take_while(|&bin| total == 0.0 || top.is_none_or(|top| bin <= top));
+    let mut occupied = vec![0; bins.count()];
+    let mut blocks = 0;
+    for block in averages.blocks() {
+        blocks += 1;
+        occupied.iter_mut().zip(&block).for_each(|(occupied, &count)| *occupied += usize::from(count > 0.0));
+    }
+    let (empty, seen): (Vec<usize>, Vec<usize>) = column.partition(|&bin| counts[bin] == 0.0);
+    // In a run of fewer blocks nothing has an error bar.
+    let is_thin = |bin: &usize| blocks >= MINIMUM_BLOCKS && occupied[*bin] < MINIMUM_BLOCKS;
+    let thin: Vec<usize> = seen.into_iter().filter(is_thin).collect();
+    let middle = |bin: usize| bins.centers().nth(bin).unwrap_or(f64::NAN);
+    let mut warnings = Vec::new();
+    if let [first, .., last] | [first @ last] = empty[..] {
+        let (lowest_height, highest_height) = (middle(first), middle(last));
+        warnings.push(Warning::EmptyBins { bins: empty.len(), lowest_height, highest_height });
+    }
+    if let [first, .., last] | [first @ last] = thin[..] {
+        let (lowest_height, highest_height) = (middle(first), middle(last));
+        let blocks = thin.iter().map(|&bin| occupied[bin]).min().unwrap_or(0);
+        warnings.push(Warning::ThinBins { bins: thin.len(), lowest_height, highest_height, blocks });
+    }
+    warnings
+}

@@ -1,0 +1,232 @@
+//! Order in the plane of a layer: the angles between the neighbours of a sphere.
+
+use super::bins::Bins;
+use super::neighbors::Neighbors;
+use super::radial_distribution::in_the_plane;
+use crate::statistics::{BlockAverages, Estimate};
+use crate::{Error, Frame, Observer, ObserverError, Slab};
+
+/// Distribution g(θ) of the angles between neighbours, of the spheres in a range of heights.
+///
+/// Neighbours of a sphere are the others of the range within a lateral distance, 1.2 diameters in the
+/// paper. Each of them in turn is the reference from which the angles to the others are counted, in the
+/// plane and counterclockwise, from 0 to 360 degrees. The paper says no more of its figure 11 than the
+/// distance and that the peaks are 60 degrees apart (doi:10.1103/PhysRevE.83.061306); so are those here in a hexagonal layer.
+/// Because of ordered pairs the distribution is the same at θ and 360° − θ.
+///
+/// g is 1 where all angles are equally likely. Bins are centred on multiples of their width, the first on 0:
+/// with a number of bins that six divides, the angles of a perfect layer lie in the middle of bins.
+///
+/// ```
+/// use gradient_mc::observers::NeighborAngles;
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+/// let slab = Slab::new(60.0, 6.0, 6.0)?;
+/// let scene = Scene::new(slab, 180, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let mut first_layer = NeighborAngles::new(&slab, 0.5, 0.6, 72)?;
+/// Simulation::builder(scene).build()?.run(64, &mut first_layer)?;
+/// for point in first_layer.points()? {
+///     println!("{:3.0}  {}", point.degrees, point.angular_distribution);
+/// }
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
+#[derive(Debug, Clone)]
+pub struct NeighborAngles {
+    heights: Bins,
+    neighbors: Neighbors,
+    bins: usize,
+    /// Directions of a sphere's neighbours, in turns.
+    directions: Vec<f64>,
+    /// Angles by size, then neighbours and spheres.
+    sample: Vec<f64>,
+    averages: BlockAverages,
+}
+
+/// The distribution in one bin of angles.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct NeighborAnglePoint {
+    /// Middle of the bin, in degrees from 0 to below 360.
+    pub degrees: f64,
+    /// g(θ), averaged over the bin. NaN if no sphere had two neighbours.
+    pub angular_distribution: Estimate,
+}
+
+impl NeighborAngles {
+    /// The paper's lateral distance within which spheres are neighbours.
+    pub const NEIGHBOR_DISTANCE: f64 = 1.2;
+
+    /// Spheres at heights from `low` to `high`, neighbours within 1.2 diameters, and `bins` of equal width
+    /// over the full circle.
+    ///
+    /// # Errors
+    /// As [`with_neighbor_distance`](Self::with_neighbor_distance).
+    pub fn new(slab: &Slab, low: f64, high: f64, bins: usize) -> Result<Self, Error> {
+        Self::with_neighbor_distance(slab, low, high, Self::NEIGHBOR_DISTANCE, bins)
+    }
+
+    /// The same for neighbours within `neighbor_distance`.
+    ///
+    /// # Errors
+    /// [`Error::InvalidBins`] unless there are between 1 and [`MAXIMUM_BINS`](super::MAXIMUM_BINS) bins;
+    /// [`Error::InvalidParameter`] unless 0 ≤ low < high ≤ height of the slab, or for a distance that is not
+    /// positive or above half the smaller width.
+    pub fn with_neighbor_distance(
+        slab: &Slab,
+        low: f64,
+        high: f64,
+        neighbor_distance: f64,
+        bins: usize,
+    ) -> Result<Self, Error> {
+        if bins == 0 || bins > super::MAXIMUM_BINS {
+            return Err(Error::InvalidBins { bins, extent: 360.0, maximum: super::MAXIMUM_BINS });
+        }
+        Ok(Self {
+            heights: Bins::new(slab, low, high, 1)?,
+            neighbors: Neighbors::new(slab, neighbor_distance)?,
+            bins,
+            directions: Vec::new(),
+            sample: vec![0.0; bins + 2],
+            averages: BlockAverages::new(bins + 2)?,
+        })
+    }
+
+    /// Frames observed.
+    #[must_use]
+    pub fn observations(&self) -> u64 {
+        self.averages.observations()
+    }
+
+    /// Mean number of neighbours of a sphere; NaN if no sphere was seen.
+    ///
+    /// # Errors
+    /// [`Error::TooFewObservations`] below 16 frames.
+    pub fn neighbors_per_sphere(&self) -> Result<Estimate, Error> {
+        let ratio = |means: &[f64]| [means[self.bins] / means[self.bins + 1]];
+        Ok(self.averages.jackknife(ratio)?.pop().unwrap_or(Estimate::new(f64::NAN, f64::NAN)))
+    }
+
+    /// The distribution, from 0 to 360 degrees; errors of this ratio are by the jackknife.
+    ///
+    /// # Errors
+    /// [`Error::TooFewObservations`] below 16 frames.
+    pub fn points(&self) -> Result<Vec<NeighborAnglePoint>, Error> {
+        let ratios = self.averages.jackknife(|means| {
+            let angles = &means[..self.bins];
+            let mean = angles.iter().sum::<f64>() / self.bins as f64;
+            angles.iter().map(|&angles| angles / mean).collect::<Vec<f64>>()
+        })?;
+        let points = ratios.into_iter().enumerate().map(|(bin, angular_distribution)| NeighborAnglePoint {
+            degrees: 360.0 * bin as f64 / self.bins as f64,
+            angular_distribution,
+        });
+        Ok(points.collect())
+    }
+
+    /// Adds what an independent replica of the scene has seen.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless slab, heights, neighbour distance and bins are the same.
+    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
+        self.heights.require_same(&other.heights)?;
+        super::require_same_radius(&self.neighbors, &other.neighbors)?;
+        self.averages.merge(&other.averages)
+    }
+}
+
+impl Observer for NeighborAngles {
+    fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        self.heights.require_slab_of(frame)?;
+        self.neighbors.gather(in_the_plane(frame, &self.heights));
+        self.sample.fill(0.0);
+        let (angles, counts) = self.sample.split_at_mut(self.bins);
+        for sphere in 0..self.neighbors.count() {
+            self.directions.clear();
+            self.directions.extend(self.neighbors.of(sphere).map(|neighbor| {
+                libm::atan2(neighbor.separation.z, neighbor.separation.y) / std::f64::consts::TAU
+            }));
+            counts[0] += self.directions.len() as f64;
+            counts[1] += 1.0;
+            for (first, reference) in self.directions.iter().enumerate() {
+                for direction in &self.directions[first + 1..] {
+                    let turn = (direction - reference) * self.bins as f64;
+                    for turn in [turn, -turn] {
+                        // Between −bins and bins.
+                        #[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap)]
+                        let bin = (turn.round() as isize).rem_euclid(self.bins as isize);
+                        angles[bin.unsigned_abs()] += 1.0;
+                    }
+                }
+            }
+        }
+        self.averages.push(&self.sample)?;
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::test_frame::{Scene, hexagonal_layer};
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64Mcg;
+
+    #[test]
+    fn a_hexagonal_layer_has_peaks_sixty_degrees_apart() {
+        let (scene, _) = hexagonal_layer(6, 1.1);
+        let mut angles = NeighborAngles::new(&scene.slab, 0.5, 0.6, 180).unwrap();
+        for _ in 0..16 {
+            angles.observe(&scene.frame()).unwrap();
+        }
+        assert!((angles.neighbors_per_sphere().unwrap().mean - 6.0).abs() < 1e-12);
+        for point in angles.points().unwrap() {
+            // Of five angles each in a bin of its own, 180/5; none at zero.
+            let peak = point.degrees % 60.0 == 0.0 && point.degrees > 0.0;
+            let expected = if peak { 36.0 } else { 0.0 };
+            assert!((point.angular_distribution.mean - expected).abs() < 1e-12, "at {}", point.degrees);
+        }
+    }
+
+    fn independent_points(frames: u64, seed: u64) -> NeighborAngles {
+        let mut generator = Pcg64Mcg::seed_from_u64(seed);
+        let mut scene = Scene::new(10.0, &[]);
+        let mut angles = NeighborAngles::new(&scene.slab, 0.0, 1.0, 12).unwrap();
+        for _ in 0..frames {
+            scene.positions =
+                (0..50).map(|_| [1.0, 5.0, 5.0].map(|extent| extent * generator.random::<f64>())).collect();
+            angles.observe(&scene.frame()).unwrap();
+        }
+        angles
+    }
+
+    #[test]
+    fn independent_points_are_all_around() {
+        let mut angles = independent_points(300, 1);
+        angles.merge(&independent_points(300, 2)).unwrap();
+        assert_eq!(angles.observations(), 600);
+        let neighbors = angles.neighbors_per_sphere().unwrap();
+        let exact = 49.0 * std::f64::consts::PI * 1.44 / 25.0;
+        assert!(neighbors.deviation_from(exact).abs() < 4.0 && neighbors.standard_error < 0.05);
+        let points = angles.points().unwrap();
+        for (bin, point) in points.iter().enumerate() {
+            let value = point.angular_distribution;
+            assert!(value.deviation_from(1.0).abs() < 4.0 && value.standard_error < 0.01, "{value}");
+            let mirrored = points[(12 - bin) % 12].angular_distribution;
+            assert!((value.mean - mirrored.mean).abs() < 1e-12);
+        }
+        let other = NeighborAngles::with_neighbor_distance(&Scene::new(10.0, &[]).slab, 0.0, 1.0, 1.3, 12);
+        assert!(matches!(angles.merge(&other.unwrap()), Err(Error::InvalidParameter { .. })));
+    }
+
+    #[test]
+    fn senseless_ranges_are_refused_and_loners_are_nan() {
+        let scene = Scene::new(10.0, &[0.7]);
+        assert!(matches!(NeighborAngles::new(&scene.slab, 0.0, 1.0, 0), Err(Error::InvalidBins { .. })));
+        assert!(matches!(NeighborAngles::new(&scene.slab, 2.0, 1.0, 9), Err(Error::InvalidParameter { .. })));
+        let mut alone = NeighborAngles::new(&scene.slab, 0.0, 1.0, 6).unwrap();
+        for _ in 0..16 {
+            alone.observe(&scene.frame()).unwrap();
+        }
+        assert!(alone.points().unwrap()[0].angular_distribution.mean.is_nan());
+        assert!(alone.neighbors_per_sphere().unwrap().mean.abs() < 1e-15);
+    }
+}

@@ -1,0 +1,205 @@
+//! Where a series becomes steady.
+
+use super::{Estimate, autocorrelation};
+use crate::Error;
+
+/// The steady part of a series.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct Equilibration {
+    /// Index of the first number that belongs to it.
+    pub start: usize,
+    /// Numbers in it that are as good as independent, N/(2τ).
+    pub effective_sample_size: f64,
+    /// Its integrated autocorrelation time τ, in intervals of the series; see
+    /// [`autocorrelation`](super::autocorrelation()).
+    pub autocorrelation_time: Estimate,
+}
+
+/// The beginning of the steady state as the data have it: where cutting leaves the largest number of independent
+/// numbers, (N − start)/(2τ) with τ that of the rest (Chodera, doi:10.1021/acs.jctc.5b00784).
+///
+/// While relaxation is part of the series, it looks like a slow correlation and makes τ large; once it is
+/// gone, cutting more only loses data. Candidates are 0, 1, 2, ... and further on 3 % apart. A long
+/// series is searched as means over blocks, at most 4096 of them, which bounds the work; the start is then a
+/// whole number of blocks.
+///
+/// The rule always finds a start, in a series that never settles as well. Here it must be in the first half, and
+/// the rest 50 τ long. What it cannot see is a relaxation that is slower than the
+/// series, or one under noise that is anticorrelated: starts from both sides are still needed.
+///
+/// ```
+/// use gradient_mc::statistics::equilibration;
+/// // From 3 to 0 within a hundred numbers, under noise.
+/// let mut random = 1_u32;
+/// let series: Vec<f64> = (0..2000)
+///     .map(|time| {
+///         random = random.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+///         3.0 * 0.95_f64.powi(time) + f64::from(random) / f64::from(u32::MAX) - 0.5
+///     })
+///     .collect();
+/// let steady = equilibration(&series)?;
+/// assert!(steady.start > 30 && steady.start < 200);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
+///
+/// # Errors
+/// [`Error::NotEquilibrated`] if the best start lies in the second half or leaves fewer than 25 independent
+/// numbers; [`Error::TooFewObservations`] below 100 numbers; [`Error::InvalidParameter`] if the series does not
+/// change in its second half or holds a number that is not finite.
+pub fn equilibration(series: &[f64]) -> Result<Equilibration, Error> {
+    const SHORTEST: usize = 100;
+    const MOST_BLOCKS: usize = 4096;
+    /// Fewest numbers, or blocks, of which τ is worth a look.
+    const SHORTEST_REST: usize = 25;
+
+    let observations = series.len();
+    if observations < SHORTEST {
+        return Err(Error::TooFewObservations { available: observations, needed: SHORTEST });
+    }
+    for &value in series {
+        Error::require_finite("number in the series", value)?;
+    }
+    let block = observations.div_ceil(MOST_BLOCKS);
+    // Blocks end where the series does; what does not fill one is left out at the beginning.
+    let offset = observations % block;
+    let mean = |numbers: &[f64]| numbers.iter().sum::<f64>() / block as f64;
+    let blocks: Vec<f64> = series[offset..].chunks_exact(block).map(mean).collect();
+    let (mut start, mut most) = (0, 0.0);
+    let mut candidate = 0;
+    while candidate + SHORTEST_REST <= blocks.len() {
+        let rest = &blocks[candidate..];
+        let effective = rest.len() as f64 / inefficiency(rest);
+        if effective > most {
+            (start, most) = (candidate, effective);
+        }
+        candidate += 1 + candidate / 32;
+    }
+    let start = if start == 0 { 0 } else { offset + start * block };
+    let refused = |effective_sample_size: f64| {
+        Err(Error::NotEquilibrated { observations, start, effective_sample_size })
+    };
+    if start > observations / 2 {
+        return refused(most);
+    }
+    match autocorrelation(&series[start..]) {
+        Ok(rest) => Ok(Equilibration {
+            start,
+            effective_sample_size: rest.effective_sample_size,
+            autocorrelation_time: rest.time,
+        }),
+        Err(Error::TooFewObservations { .. }) => refused(most),
+        Err(error) => Err(error),
+    }
+}
+
+/// Statistical inefficiency 2τ of a series, at least 1: the sum of correlations up to the first that is not
+/// positive, but over three lags at least, as in the paper cited above. Sokal's window would close before a slow
+/// remainder of the relaxation under fast noise is summed up, and leave too much of it.
+fn inefficiency(series: &[f64]) -> f64 {
+    const FEWEST_LAGS: usize = 3;
+
+    let length = series.len() as f64;
+    let mean = series.iter().sum::<f64>() / length;
+    let centered: Vec<f64> = series.iter().map(|value| value - mean).collect();
+    let squares: f64 = centered.iter().map(|value| value * value).sum();
+    if squares <= 0.0 {
+        // Constant: nothing is known of how often it might change.
+        return length;
+    }
+    let mut inefficiency = 1.0;
+    for lag in 1..series.len() {
+        let products: f64 = centered.iter().zip(&centered[lag..]).map(|(early, late)| early * late).sum();
+        if products <= 0.0 && lag > FEWEST_LAGS {
+            break;
+        }
+        inefficiency += 2.0 * products / squares;
+    }
+    inefficiency.max(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::statistics::blocking;
+    use crate::statistics::test_series::autoregressive;
+
+    /// Relaxation from `amplitude` with the time `relaxation` under noise of unit variance and correlation φ^t.
+    fn relaxing(amplitude: f64, relaxation: f64, correlation: f64, length: usize, seed: u64) -> Vec<f64> {
+        let noise = autoregressive(correlation, length, seed);
+        let decay = |time: usize| amplitude * (-(time as f64) / relaxation).exp();
+        noise.into_iter().enumerate().map(|(time, value)| value + decay(time)).collect()
+    }
+
+    /// The mean of what is left is right within its error, the start is neither in the relaxation nor far
+    /// behind it, and the correlation time is that of the noise. Without trimming the mean is wrong, and so is the
+    /// correlation time.
+    #[test]
+    fn relaxations_are_cut_off() {
+        const RUNS: u32 = 20;
+        for (amplitude, relaxation, correlation, length) in
+            [(20.0, 50.0, 0.0, 4000), (20.0, 200.0, 0.9, 20_000), (-30.0, 1000.0, 0.9, 100_000)]
+        {
+            let exact = 0.5 * (1.0 + correlation) / (1.0 - correlation);
+            let (mut squares, mut untrimmed, mut times) = (0.0, 0.0, 0.0);
+            for seed in 0..RUNS {
+                let series = relaxing(amplitude, relaxation, correlation, length, u64::from(seed));
+                let steady = equilibration(&series).unwrap();
+                let begin = steady.start as f64 / relaxation;
+                assert!(begin > 1.5 && begin < 15.0, "from {begin} relaxation times on");
+                squares += blocking(&series[steady.start..]).unwrap().deviation_from(0.0).powi(2);
+                times += steady.autocorrelation_time.mean / f64::from(RUNS);
+                let independent = (length - steady.start) as f64 / (2.0 * exact);
+                assert!((steady.effective_sample_size / independent - 1.0).abs() < 0.4);
+                // No trimming at all: the mean is off by amplitude · relaxation/length, many honest errors.
+                let mean = series.iter().sum::<f64>() / length as f64;
+                untrimmed += mean.abs() / (2.0 * exact / length as f64).sqrt() / f64::from(RUNS);
+            }
+            // Twenty squares of mean 1 scatter by √(2/20); a little relaxation is left, as the rule
+            // trades bias for noise.
+            let square = squares / f64::from(RUNS);
+            assert!(square < 1.0 + 4.0 * 0.32, "{square}");
+            assert!(untrimmed > 5.0, "{untrimmed}");
+            assert!((times / exact - 1.0).abs() < 0.15, "{times} instead of {exact}");
+        }
+    }
+
+    #[test]
+    fn steady_series_are_kept() {
+        // The rule cuts a little by chance, since estimates of τ scatter.
+        let kept = |correlation: f64| {
+            let starts =
+                (0..20).map(|seed| equilibration(&autoregressive(correlation, 10_000, seed)).unwrap().start);
+            starts.sum::<usize>() as f64 / 20.0 / 10_000.0
+        };
+        for correlation in [0.0, 0.9] {
+            assert!(kept(correlation) < 0.15, "{} of it is cut", kept(correlation));
+        }
+    }
+
+    #[test]
+    fn what_never_settles_is_refused() {
+        let ramp: Vec<f64> = autoregressive(0.0, 5000, 1)
+            .iter()
+            .enumerate()
+            .map(|(time, value)| value + 0.01 * time as f64)
+            .collect();
+        assert!(matches!(equilibration(&ramp), Err(Error::NotEquilibrated { observations: 5000, .. })));
+        let slow = relaxing(20.0, 5000.0, 0.5, 5000, 2);
+        assert!(matches!(equilibration(&slow), Err(Error::NotEquilibrated { .. })));
+        let mut sum = 0.0;
+        let walk: Vec<f64> = autoregressive(0.0, 5000, 3)
+            .iter()
+            .map(|step| {
+                sum += step;
+                sum
+            })
+            .collect();
+        assert!(matches!(equilibration(&walk), Err(Error::NotEquilibrated { .. })));
+        assert!(matches!(equilibration(&[1.0; 99]), Err(Error::TooFewObservations { needed: 100, .. })));
+        assert!(matches!(equilibration(&[1.0; 200]), Err(Error::InvalidParameter { .. })));
+        let mut broken = autoregressive(0.0, 200, 1);
+        broken[150] = f64::NAN;
+        assert!(matches!(equilibration(&broken), Err(Error::InvalidParameter { .. })));
+    }
+}

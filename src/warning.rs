@@ -1,0 +1,293 @@
+//! What makes a result doubtful, said by the program itself.
+
+use crate::drive::Certificate;
+use crate::hydrostatics::DomainExit;
+use crate::statistics::Estimate;
+use std::fmt;
+
+/// A reason not to trust a run, a profile or a theory, with the numbers that say how bad it is.
+///
+/// [`Simulation::warnings`](crate::Simulation::warnings) judges a production run,
+/// [`HydrostaticProfile::warnings`](crate::HydrostaticProfile::warnings) a theory profile, and the profiles of
+/// [`observers`](crate::observers) judge their bins. Each prints as one line: what, where, how much, and what to do.
+/// That there is none does not prove a run right; what each looks at is said there. Heights and lengths are in diameters.
+///
+/// ```
+/// use gradient_mc::Warning;
+/// let warning = Warning::LidTooLow { lid: 30.0, pressure_ratio: 0.02 };
+/// assert!(warning.to_string().starts_with("the lid is too low"));
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+#[non_exhaustive]
+pub enum Warning {
+    /// Production was too short for any judgement.
+    TooShort {
+        /// Sweeps of production so far.
+        sweeps: u64,
+        /// Fewest sweeps that can be judged.
+        needed: u64,
+    },
+    /// Local moves, the only ones, are hardly ever accepted in a range of heights.
+    LowAcceptance {
+        /// Lower end of the range.
+        lowest_height: f64,
+        /// Upper end of the range.
+        highest_height: f64,
+        /// Acceptance there.
+        acceptance: f64,
+        /// Part of the spheres that is there.
+        share: f64,
+    },
+    /// Production has not explored the configurations that it should.
+    NotMixed {
+        /// Sweeps of production so far.
+        sweeps: u64,
+        /// What gives it away.
+        evidence: MixingEvidence,
+    },
+    /// The centre of mass is far from where the theory has it, where the theory is good.
+    FarFromTheory {
+        /// Height of the centre of mass, with the error that the run claims.
+        center_of_mass: Estimate,
+        /// That of [`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls).
+        theory: f64,
+    },
+    /// The effective field is not that of the density that it made, or it cannot be told.
+    FeedbackNotConverged {
+        /// The verdict in full.
+        certificate: Certificate,
+    },
+    /// The field comes from the counts of single configurations, whose noise biases it ([`Instantaneous`](crate::drive::Instantaneous)).
+    CountingNoise {
+        /// Mean number of spheres in a bin of the field, over spheres.
+        spheres_per_bin: f64,
+        /// What P/(nTZ) − 1 is predicted to be at the base, for moves that cross bins; infinite if the column runs away.
+        pressure_deviation: f64,
+    },
+    /// The reduced potential has changed during production, which breaks detailed balance.
+    ChangesWhileMeasuring {
+        /// Number of changes since production began.
+        changes: u64,
+    },
+    /// Pressure on the lid, which P(x) as the weight of what lies above leaves out unless it is told.
+    LidTooLow {
+        /// Height of the lid.
+        lid: f64,
+        /// Pressure on the lid over the largest pressure.
+        pressure_ratio: f64,
+    },
+    /// Pressure or density are above those of freezing: a fluid there is metastable, and what a crystal or a glass is
+    /// like depends on how it came about.
+    Metastable {
+        /// Lower end of the range.
+        lowest_height: f64,
+        /// Upper end of the range.
+        highest_height: f64,
+        /// Largest packing fraction measured in it, layers averaged over.
+        packing_fraction: f64,
+    },
+    /// The column freezes, and the periodic widths are not those of a crystal of the density that it has at the base.
+    BoxIncommensurate {
+        /// Largest principal strain of the hexagonal layers that fit best, over all orientations.
+        strain: f64,
+        /// Narrower periodic width.
+        width: f64,
+        /// Distance of neighbours in the unstrained crystal at the base.
+        lattice_constant: f64,
+    },
+    /// Spheres of a dense layer see their own images.
+    NarrowBox {
+        /// Narrower periodic width.
+        width: f64,
+        /// Packing fraction at the densest height.
+        packing_fraction: f64,
+    },
+    /// Bins in the column in which no sphere was ever seen.
+    EmptyBins {
+        /// Number of such bins.
+        bins: usize,
+        /// Middle of the lowest.
+        lowest_height: f64,
+        /// Middle of the highest.
+        highest_height: f64,
+    },
+    /// Bins in the column that were seen occupied too seldom for their error bars to mean anything.
+    ThinBins {
+        /// Number of such bins.
+        bins: usize,
+        /// Middle of the lowest.
+        lowest_height: f64,
+        /// Middle of the highest.
+        highest_height: f64,
+        /// Fewest blocks of frames in which one of them was occupied.
+        blocks: usize,
+    },
+    /// An equation of state is used outside its domain.
+    OutsideDomain {
+        /// Where and how far.
+        exit: DomainExit,
+    },
+    /// The density changes by of order 1 over a diameter, where a local equation of state is wrong.
+    SteepGradient {
+        /// Where it is steepest.
+        height: f64,
+        /// d ln n/dx there, in inverse diameters.
+        slope: f64,
+        /// Part of the spheres that is where the slope is too steep.
+        share: f64,
+    },
+    /// The density of the theory jumps: at a jump of the temperature, or where fluid and solid meet.
+    DensityJump {
+        /// Where.
+        height: f64,
+        /// Number density just below.
+        below: f64,
+        /// Number density just above.
+        above: f64,
+    },
+    /// The hydrostatic theory has no profile, so nothing could be compared with it.
+    NoTheory {
+        /// Where it stopped; NaN if nowhere in particular.
+        height: f64,
+    },
+}
+
+/// What gives away that a run has not mixed; of [`Warning::NotMixed`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum MixingEvidence {
+    /// The centre of mass still moves.
+    Drift {
+        /// Its height in the second half of production less that in the first.
+        drift: Estimate,
+    },
+    /// The centre of mass has seen few independent configurations.
+    FewIndependent {
+        /// As many independent configurations would know its height as well.
+        effective_sample_size: f64,
+    },
+    /// The centre of mass fluctuates less than it must in equilibrium.
+    TooQuiet {
+        /// Variance of its height in production.
+        variance: f64,
+        /// What the sum rule demands.
+        required: f64,
+    },
+}
+
+impl fmt::Display for MixingEvidence {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Drift { drift } => {
+                write!(formatter, "the centre of mass still moves, by {drift} between the halves of it")
+            }
+            Self::FewIndependent { effective_sample_size } => {
+                let number = effective_sample_size;
+                write!(
+                    formatter,
+                    "the centre of mass is known as from {number:.0} independent configurations"
+                )
+            }
+            Self::TooQuiet { variance, required } => write!(
+                formatter,
+                "the centre of mass has a variance of {variance:.2e}, where equilibrium demands {required:.2e}"
+            ),
+        }
+    }
+}
+
+impl fmt::Display for Warning {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::TooShort { sweeps, needed } => write!(
+                formatter,
+                "too short to be judged: {sweeps} sweeps of production, at least {needed} are needed: run longer"
+            ),
+            Self::LowAcceptance { lowest_height, highest_height, acceptance, share } => write!(
+                formatter,
+                "low acceptance: {:.2} % of the local moves between heights {lowest_height:.1} and {highest_height:.1}, \
+                 where {:.0} % of the spheres are: take smaller displacements, LocalMoves::tuned or EventChains",
+                100.0 * acceptance,
+                100.0 * share,
+            ),
+            Self::NotMixed { sweeps, evidence } => write!(
+                formatter,
+                "not mixed after {sweeps} sweeps of production: {evidence}: equilibrate and run longer, or take \
+                 EventChains or LocalMoves::tuned"
+            ),
+            Self::FarFromTheory { center_of_mass, theory } => write!(
+                formatter,
+                "far from theory: the centre of mass is at {center_of_mass}, where hydrostatics has {theory:.3}: \
+                 equilibrate longer, or start from the theory profile"
+            ),
+            Self::FeedbackNotConverged { certificate } => {
+                write!(formatter, "feedback not converged: {certificate}")
+            }
+            Self::CountingNoise { spheres_per_bin, pressure_deviation } => write!(
+                formatter,
+                "counting noise in the field: {spheres_per_bin:.1} spheres in a bin bias P at the base by up to \
+                 {:.2} %: take SelfConsistent, or wider bins or a larger base",
+                100.0 * pressure_deviation,
+            ),
+            Self::ChangesWhileMeasuring { changes } => write!(
+                formatter,
+                "the field has changed {changes} times while measuring, which breaks detailed balance: take a scheme \
+                 that freezes it"
+            ),
+            Self::LidTooLow { lid, pressure_ratio } => write!(
+                formatter,
+                "the lid is too low: at height {lid:.1} it carries {:.2} % of the largest pressure: raise it, or add \
+                 the pressure on it (set_lid_pressure)",
+                100.0 * pressure_ratio,
+            ),
+            Self::Metastable { lowest_height, highest_height, packing_fraction } => write!(
+                formatter,
+                "beyond freezing between heights {lowest_height:.1} and {highest_height:.1}, up to packing fraction \
+                 {packing_fraction:.3}: a fluid there is metastable and a solid depends on its history: start from both \
+                 sides, or take a hotter or lighter column"
+            ),
+            Self::BoxIncommensurate { strain, width, lattice_constant } => write!(
+                formatter,
+                "box incommensurate: a crystal with neighbours {lattice_constant:.3} apart is strained by {:.1} % to fit \
+                 the base ({width:.2} across): take widths of whole rows, or a larger base",
+                100.0 * strain,
+            ),
+            Self::NarrowBox { width, packing_fraction } => write!(
+                formatter,
+                "narrow box: at packing fraction {packing_fraction:.2} spheres see their own images {width:.2} away: \
+                 take a wider base"
+            ),
+            Self::EmptyBins { bins, lowest_height, highest_height } => write!(
+                formatter,
+                "empty bins: {bins} between heights {lowest_height:.2} and {highest_height:.2} never held a sphere: take \
+                 wider bins or run longer"
+            ),
+            Self::ThinBins { bins, lowest_height, highest_height, blocks } => write!(
+                formatter,
+                "thin bins: {bins} between heights {lowest_height:.2} and {highest_height:.2} held a sphere in as few as \
+                 {blocks} blocks, too few for an error bar: take wider bins or run longer"
+            ),
+            Self::OutsideDomain { exit } => write!(
+                formatter,
+                "outside the domain of the equation of state between heights {:.2} and {:.2}: packing fraction {:.4} is \
+                 beyond {:.4}: take an equation that is valid there (FluidSolid)",
+                exit.lowest_height, exit.highest_height, exit.packing_fraction, exit.limit,
+            ),
+            Self::SteepGradient { height, slope, share } => write!(
+                formatter,
+                "steep gradient: d ln n/dx = {slope:.2} at height {height:.1}, and too steep for a local equation of state \
+                 for {:.1} % of the spheres: simulate, and do not compare with a local equation there",
+                100.0 * share,
+            ),
+            Self::DensityJump { height, below, above } => write!(
+                formatter,
+                "the density of the local theory jumps from {below:.4} to {above:.4} at height {height:.2}, where a real one \
+                 goes over in some diameters: do not compare within five diameters of it"
+            ),
+            Self::NoTheory { height } => write!(
+                formatter,
+                "no theory to compare with: hydrostatics stopped at height {height:.2}: judge by runs from both sides"
+            ),
+        }
+    }
+}

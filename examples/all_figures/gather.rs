@@ -133,7 +133,7 @@ fn pictures_without_captions(directory: &Path) -> Vec<Picture> {
     let entries = fs::read_dir(directory).into_iter().flatten().flatten();
     let mut files: Vec<String> =
         entries.map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
-    files.retain(|file| file.ends_with(".png"));
+    files.retain(|file| Path::new(file).extension().is_some_and(|extension| extension == "png"));
     files.sort();
     files.into_iter().map(|file| Picture { file, caption: String::new() }).collect()
 }

@@ -24,7 +24,7 @@ use clap::Parser;
 use common::arguments::SharedArguments;
 use common::interrupt::Interrupt;
 use common::progress::Progress;
-use common::{Ending, Failure, conclude, output, replicas};
+use common::{Ending, Failure, conclude, output, replicas, warnings};
 use gradient_mc::observers::EquationOfStateProfile;
 use outcome::{Analysis, Outcome};
 use run::{Plan, RUNS, Run, Side};
@@ -53,7 +53,7 @@ impl Arguments {
     }
 
     fn ours(&self, number: u64) -> Plan {
-        Plan::Ours { number, equilibration: self.sweeps(1000), sweeps: self.sweeps(2400) }
+        Plan::Ours { number, equilibration: self.sweeps(1000), sweeps: self.sweeps(2000) }
     }
 
     /// The paper's runs of a case.
@@ -64,9 +64,9 @@ impl Arguments {
         } else if case.decay_rate > 0.0 {
             let plan = |side| Plan::Field {
                 side,
-                jumps: self.sweeps(5000),
-                equilibration: self.sweeps(2000),
-                sweeps: self.sweeps(1500),
+                jumps: self.sweeps(3000),
+                equilibration: self.sweeps(1000),
+                sweeps: self.sweeps(1000),
             };
             vec![
                 ("the paper's field, from above", plan(Side::Above)),
@@ -115,16 +115,24 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         Err(_) if interrupt.pressed() => return Ok(Ending::Interrupted),
         measured => measured?,
     };
+    let of_key =
+        |key: Key| measured.iter().filter(move |(other, _)| *other == key).map(|(_, measured)| measured);
     let runs_of = |key: Key| -> Vec<EquationOfStateProfile> {
-        let of_key = measured.iter().filter(|(other, _)| *other == key);
-        of_key.flat_map(|(_, profiles)| profiles.clone()).collect()
+        of_key(key).flat_map(|measured| measured.profiles.clone()).collect()
     };
-    let mut outcomes = Vec::new();
+    let warnings_of = |key: Key| warnings::lines(of_key(key).map(|measured| &measured.warnings[..]));
+    let (mut outcomes, mut warned) = (Vec::new(), Vec::new());
     for (index, case) in cases.into_iter().enumerate() {
         let mut papers = Vec::new();
         for (name, _) in arguments.papers(&case) {
-            papers.push((name.to_owned(), Analysis::new(&case, &runs_of((index, Some(name))))?));
+            let key = (index, Some(name));
+            warned.extend(
+                warnings_of(key).iter().map(|warning| format!("{}, {name}: {warning}", case.label())),
+            );
+            papers.push((name.to_owned(), Analysis::new(&case, &runs_of(key))?));
         }
+        warned
+            .extend(warnings_of((index, None)).iter().map(|warning| format!("{}: {warning}", case.label())));
         let ours = Analysis::new(&case, &runs_of((index, None)))?;
         outcomes.push(Outcome { case, ours, papers });
     }
@@ -142,6 +150,9 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     }
     println!("seed {}\n\n{}", arguments.shared.seed, report::table(&outcomes));
     println!("{}", report::groups(&outcomes));
+    for warning in &warned {
+        println!("{warning}");
+    }
     let verdicts = checks::verdicts(&outcomes);
     verdicts.write_csv(&directory)?;
     println!("{verdicts}");

@@ -11,7 +11,7 @@ use gradient_mc::moves::{EventChains, LocalMoves, Moves};
 use gradient_mc::observers::EquationOfStateProfile;
 use gradient_mc::start::{Compact, Positions, Uniform};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
-use gradient_mc::{Scene, Simulation, TemperatureProfile, Vector3};
+use gradient_mc::{Scene, Simulation, TemperatureProfile, Vector3, Warning};
 
 /// Runs of eq. (32).
 pub(crate) const RUNS: u64 = 5;
@@ -45,8 +45,15 @@ pub(crate) struct Run {
     pub(crate) seed: u64,
 }
 
+/// What came of a run.
+#[derive(Debug, Clone)]
+pub(crate) struct Measured {
+    pub(crate) profiles: Vec<EquationOfStateProfile>,
+    pub(crate) warnings: Vec<Warning>,
+}
+
 /// Sweeps of chains that bring a column near the steady state.
-const APPROACH: u64 = 400;
+const APPROACH: u64 = 300;
 
 impl Run {
     /// Thousand moves, for the progress bar; chains are an order of magnitude dearer than trials.
@@ -65,12 +72,8 @@ impl Run {
         sweeps * self.case.particles() as u64 / 1000
     }
 
-    /// One profile, or one for each interval.
-    pub(crate) fn measure(
-        &self,
-        interrupt: &Interrupt,
-        progress: &Progress,
-    ) -> Result<Vec<EquationOfStateProfile>, Failure> {
+    /// One profile, or one for each interval, and what the run says against itself.
+    pub(crate) fn measure(&self, interrupt: &Interrupt, progress: &Progress) -> Result<Measured, Failure> {
         let case = &self.case;
         let field = ExponentialField::new(case.growth_rate)?;
         if case.decay_rate > 0.0 {
@@ -183,7 +186,7 @@ impl Run {
         mut simulation: Simulation<ExponentialField, T, D>,
         interrupt: &Interrupt,
         progress: &Progress,
-    ) -> Result<Vec<EquationOfStateProfile>, Failure> {
+    ) -> Result<Measured, Failure> {
         let (equilibration, intervals, sweeps, weight) = match self.plan {
             Plan::Ours { equilibration, sweeps, .. } => (equilibration, 1, sweeps, 10),
             Plan::Field { equilibration, sweeps, .. } | Plan::Protocol { equilibration, sweeps } => {
@@ -207,7 +210,7 @@ impl Run {
             }
             profiles.push(profile);
         }
-        Ok(profiles)
+        Ok(Measured { profiles, warnings: simulation.warnings() })
     }
 
     /// From the lowest centre to a little above what is compared.

@@ -125,6 +125,13 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     for outcome in &papers {
         println!("{}, the paper's field: {}", outcome.column.label(), outcome.certificate);
     }
+    for (outcomes, method) in [(&ours, ""), (&papers, ", the paper's protocol")] {
+        for outcome in outcomes {
+            for warning in &outcome.warnings {
+                println!("{}{method}: {warning}", outcome.column.label());
+            }
+        }
+    }
     let verdicts = checks::verdicts(&ours);
     verdicts.write_csv(&directory)?;
     println!("\n{verdicts}");

@@ -4,7 +4,7 @@ use super::column::Column;
 use super::maximum::{self, Maximum};
 use super::rows::{self, Row, rows};
 use super::run::{BIN, Measured, Side};
-use crate::common::Failure;
+use crate::common::{Failure, warnings};
 use gradient_mc::drive::Certificate;
 use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
 use gradient_mc::observers::{BinState, CenterOfMass, DisplacementPoint};
@@ -34,6 +34,8 @@ pub(crate) struct Outcome {
     /// Spheres in the dilute top over those of the ideal-gas law and over those of the theory.
     pub(crate) dilute: [Estimate; 2],
     pub(crate) certificate: Certificate,
+    /// What the runs say against themselves.
+    pub(crate) warnings: Vec<String>,
 }
 
 impl Outcome {
@@ -70,6 +72,7 @@ impl Outcome {
                 .deviations_over(&column.groups, |eta| ModifiedKolafa.compressibility_factor(eta))?,
             dilute: [dilute[0], dilute[1]],
             certificate: all.balance.certificate(TOLERANCE)?,
+            warnings: warnings::lines(runs.iter().map(|run| &run.warnings[..])),
             column: column.clone(),
         })
     }

@@ -9,7 +9,7 @@ use gradient_mc::drive::{EquationOfStateClosure, ForceBalance, Instantaneous, Se
 use gradient_mc::moves::{EventChains, LocalMoves};
 use gradient_mc::observers::{CenterOfMass, DisplacementProfile, EquationOfStateProfile};
 use gradient_mc::start::{Compact, Positions, Uniform};
-use gradient_mc::{Every, Simulation, Slab};
+use gradient_mc::{Every, Simulation, Slab, Warning};
 
 /// Largest displacement of the paper's moves along each axis.
 pub(crate) const MAXIMUM_DISPLACEMENT: f64 = 0.75;
@@ -65,6 +65,7 @@ pub(crate) struct Measured {
     pub(crate) mobility: DisplacementProfile,
     pub(crate) balance: ForceBalance,
     pub(crate) side: Side,
+    pub(crate) warnings: Vec<Warning>,
 }
 
 impl Measured {
@@ -119,6 +120,7 @@ impl Run<'_> {
         let made = in_chunks(sweeps, interrupt, progress, |sweeps| simulation.run(sweeps, &mut observers))?;
         require_all(made, sweeps)?;
         let balance = simulation.force_balance().ok_or("there is a field to be judged")?.clone();
+        let warnings = simulation.warnings();
         // The paper's moves, from here on, for the mobility, in the theory's field, which is within a fifth of a per cent of
         // the one that was measured.
         let moves = LocalMoves::new(MAXIMUM_DISPLACEMENT, &self.column.slab)?;
@@ -131,7 +133,14 @@ impl Run<'_> {
         let mut mobility = Every::new(5, mobility(&self.column.slab)?);
         slow.run(self.protocol.mobility_sweeps, &mut mobility)?;
         let (profile, center_of_mass) = observers.observer;
-        Ok(Measured { profile, center_of_mass, mobility: mobility.observer, balance, side: self.side })
+        Ok(Measured {
+            profile,
+            center_of_mass,
+            mobility: mobility.observer,
+            balance,
+            side: self.side,
+            warnings,
+        })
     }
 
     fn papers(&self, interrupt: &Interrupt, progress: &Progress) -> Result<Measured, Failure> {
@@ -150,7 +159,8 @@ impl Run<'_> {
         require_all(made, sweeps)?;
         let balance = simulation.force_balance().ok_or("there is a field to be judged")?.clone();
         let (profile, center_of_mass, mobility) = observers.observer;
-        Ok(Measured { profile, center_of_mass, mobility, balance, side: self.side })
+        let warnings = simulation.warnings();
+        Ok(Measured { profile, center_of_mass, mobility, balance, side: self.side, warnings })
     }
 }
 

@@ -51,6 +51,7 @@ pub mod equation_of_state;
 mod error;
 pub mod field;
 pub mod hydrostatics;
+pub mod model;
 mod monitor;
 pub mod moves;
 mod numerics;

@@ -396,6 +396,20 @@ fn crystal_below_fluid_as_in_the_reference() {
 // Closed forms and identities
 // ---------------------------------------------------------------------------------------------
 
+/// Where ln P has fallen to within a rounding of the transition, a panel must still get across: this column's did not.
+#[test]
+fn a_transition_is_crossed_where_rounding_would_stop_it() {
+    let slab = Slab::new(400.0, 5.0, 5.0).unwrap();
+    let center = |rate: f64| {
+        let field = ExponentialField::new(rate).unwrap();
+        let theory = Hydrostatics::new(field, Isothermal::new(5.0).unwrap(), FluidSolid::default());
+        theory.between_walls(&slab, 40.0).unwrap().center_of_mass()
+    };
+    let [below, at, above] = [0.0199, 0.02, 0.0201].map(center);
+    assert!(below > at && at > above);
+    assert!((at - 0.5 * (below + above)).abs() < 1e-3, "{below} {at} {above}");
+}
+
 #[test]
 fn ideal_gas_follows_the_barometric_law() {
     for (t0, alpha, beta) in [(20.0, 0.02, 0.03), (5.0, 0.1, -0.02), (15.0, 0.0, 0.05), (9.0, -0.01, 0.04)] {

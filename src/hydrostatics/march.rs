@@ -129,6 +129,8 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
         let mut guess = None;
         // What the last attempt asks of the next: its width, and the tail it could not shorten.
         let (mut width, mut rejected_tail) = (f64::INFINITY, f64::INFINITY);
+        // Panels over which ln P cannot fall for rounding would go on for ever just before a jump that it is to cross.
+        let mut stagnant = 0.0;
         let mut attempts = 0;
         loop {
             if self.lid.is_some_and(|lid| height >= lid) || highest - ln_pressure > LOGARITHM_OF_NOTHING {
@@ -154,7 +156,7 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
                 Some(lid) if height + 1.001 * width >= lid => lid,
                 _ => height + width,
             };
-            let narrowest = 64.0 * f64::EPSILON * end.abs().max(height.abs()).max(1.0);
+            let narrowest = f64::max(stagnant, 64.0 * f64::EPSILON * end.abs().max(height.abs()).max(1.0));
             let at_limit = end - height <= narrowest;
             let trial = match self.trial(height, end, ln_pressure, guess) {
                 Ok(trial) => trial,
@@ -189,6 +191,7 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
             let growth = if halved { 1.0 } else { 4.0 };
             let slope = drop / (end - height);
             width = (growth * (end - height)).min(LARGEST_DROP / slope.max(1e-300));
+            stagnant = if at_limit && drop == 0.0 { 4.0 * (end - height) } else { 0.0 };
             rejected_tail = f64::INFINITY;
             height = end;
             ln_pressure = trial.ln_pressure_at_end;

@@ -16,7 +16,7 @@ use common::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use common::interrupt::Interrupt;
 use common::progress::Progress;
 use common::table::Table;
-use common::{Ending, Failure, conclude, output, replicas, warnings};
+use common::{Ending, Failure, conclude, groups, output, replicas, warnings};
 use gradient_mc::drive::{Certificate, ForceBalance, SelfConsistent};
 use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
 use gradient_mc::field::UniformField;
@@ -59,21 +59,8 @@ const LARGEST_ERROR: f64 = 0.0025;
 
 /// The edges of the groups of heights.
 fn edges(theory: &HydrostaticProfile) -> Vec<f64> {
-    let slope = |height: f64| {
-        let (below, above) = (theory.number_density(height - 0.05), theory.number_density(height + 0.05));
-        libm::log(above / below) / 0.1
-    };
-    let mut highest = LOWEST;
-    while slope(highest).abs() < STEEPEST && highest < HEIGHT - 1.0 {
-        highest += 0.1;
-    }
-    let (low, high) = (theory.column_below(LOWEST), theory.column_below(highest));
-    (0..=GROUPS)
-        .map(|edge| {
-            let part = (low + (high - low) * edge as f64 / GROUPS as f64) / theory.column_density();
-            theory.height_of_fraction(part)
-        })
-        .collect()
+    let highest = groups::end_of_gentle_slope(theory, LOWEST, STEEPEST, HEIGHT);
+    groups::edges_of_equal_numbers(theory, [LOWEST, highest], GROUPS)
 }
 
 /// What is known of one β.
@@ -173,7 +160,7 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         let theory = Hydrostatics::new(UniformField::default(), temperature, ModifiedKolafa)
             .between_walls(&slab()?, COLUMN_DENSITY)?;
         let edges = edges(&theory);
-        let groups: Vec<[f64; 2]> = edges.windows(2).map(|group| [group[0], group[1]]).collect();
+        let groups = groups::ranges_between(&edges);
         let deviations =
             profile.deviations_over(&groups, |eta| ModifiedKolafa.compressibility_factor(eta))?;
         let certificate = balance.certificate(TOLERANCE)?;

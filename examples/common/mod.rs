@@ -5,6 +5,7 @@
 
 pub(crate) mod accuracy;
 pub(crate) mod arguments;
+pub(crate) mod captions;
 pub(crate) mod clock;
 pub(crate) mod figure;
 pub(crate) mod groups;

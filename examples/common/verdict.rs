@@ -29,7 +29,13 @@ impl Verdict {
         (self.lowest..=self.highest).contains(&self.measured.mean)
     }
 
-    fn range(&self) -> String {
+    /// What was measured, with its error if it has one.
+    pub(crate) fn measured_in_words(&self) -> String {
+        if self.measured.standard_error > 0.0 { self.measured.to_string() } else { brief(self.measured.mean) }
+    }
+
+    /// The range in words.
+    pub(crate) fn range(&self) -> String {
         match (self.lowest.is_finite(), self.highest.is_finite()) {
             (true, true) => format!("{} to {}", brief(self.lowest), brief(self.highest)),
             (true, false) => format!("at least {}", brief(self.lowest)),
@@ -131,13 +137,8 @@ impl fmt::Display for Verdicts {
         let mut table = Table::new(["figure: claim", "measured", "must be", "holds"]);
         for verdict in &self.0 {
             let holds = if verdict.holds() { "yes" } else { "NO" };
-            let measured = if verdict.measured.standard_error > 0.0 {
-                verdict.measured.to_string()
-            } else {
-                brief(verdict.measured.mean)
-            };
             let label = format!("{}: {}", verdict.figure, verdict.claim);
-            table.row(&label, [measured, verdict.range(), holds.to_owned()]);
+            table.row(&label, [verdict.measured_in_words(), verdict.range(), holds.to_owned()]);
         }
         let held = self.0.iter().filter(|verdict| verdict.holds()).count();
         writeln!(formatter, "{table}{held} of {} claims hold", self.0.len())

@@ -26,6 +26,7 @@ mod results;
 
 use clap::Parser;
 use column::{Column, Run};
+use common::captions::write_captions;
 use common::interrupt::Interrupt;
 use common::progress::{Progress, in_words};
 use common::verdict::Verdicts;
@@ -155,6 +156,7 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         println!("\n{}", growth::table(&results)?);
     }
     verdicts.write_csv(&directory)?;
+    write_captions(&directory, captions(arguments.part))?;
     for fluid in &results.fluids {
         println!("{}: {}", fluid.label(), describe(fluid));
     }
@@ -174,6 +176,49 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         directory.display()
     );
     Ok(verdicts.ending())
+}
+
+/// What the pictures show.
+fn captions(part: Part) -> Vec<(&'static str, String)> {
+    let fluids = [
+        (
+            "figure_07.png",
+            "Figure 7: the centre of mass falls from the uniform start, by the paper's moves and by ours; inset: where it comes to rest, \
+             against α, with hydrostatics between walls",
+        ),
+        (
+            "figure_08.png",
+            "Figure 8: density over height with theory, and on a logarithmic scale with the ideal gas",
+        ),
+    ];
+    let crystals = [
+        (
+            "figure_09.png",
+            "Figure 9: density over height at α = 0.1: layers of a crystal grown from the fluid",
+        ),
+        (
+            "figure_10.png",
+            "Figure 10: where spheres are at α = 0.1: a slice of the column, and the two lowest layers from above",
+        ),
+        (
+            "figure_11.png",
+            "Figure 11: lateral distribution of distances in the lowest layer, and of angles between neighbours",
+        ),
+        (
+            "crystal.png",
+            "The crystal at α = 0.1: its growth, and the shares of face-centred, hexagonal and fluid spheres over height"),
+        ),
+    ];
+    let both = [
+        ("figure_12.png", "Figure 12: mean accepted displacement over height"),
+        ("figure_13.png", "Figure 13: pressure over temperature against packing fraction"),
+    ];
+    let mut captions = Vec::new();
+    captions.extend(fluids.into_iter().filter(|_| part.fluids()));
+    captions.extend(crystals.into_iter().filter(|_| part.crystals()));
+    captions.extend(both);
+    captions.sort_unstable();
+    captions.into_iter().map(|(file, caption)| (file, caption.to_owned())).collect()
 }
 
 /// Everything that the numbers depend on.

@@ -206,7 +206,7 @@ fn captions(part: Part) -> Vec<(&'static str, String)> {
         ),
         (
             "crystal.png",
-            "The crystal at α = 0.1: its growth, and the shares of face-centred, hexagonal and fluid spheres over height"),
+            "The crystal at α = 0.1: its growth, and the shares of face-centred, hexagonal and fluid spheres over height",
         ),
     ];
     let both = [

@@ -16,6 +16,7 @@ mod moves;
 mod picture;
 mod precision;
 mod profiles;
+mod redraw;
 mod said;
 mod sizes;
 mod summary;
@@ -39,6 +40,10 @@ struct Arguments {
     /// One map only, by its name
     #[arg(long)]
     only: Option<String>,
+
+    /// Measures nothing: tables and pictures of what the CSV files hold
+    #[arg(long, conflicts_with = "only")]
+    redraw: bool,
 
     /// Prints every line that the program said
     #[arg(long)]
@@ -109,8 +114,13 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     }
     let heads: Vec<(&str, &str, usize)> =
         families.iter().map(|family| (family.name, family.title, family.maps.len())).collect();
-    let maps = families.into_iter().flat_map(|family| family.maps).collect();
-    let measured = match map::measure(maps, arguments.shared.seed, arguments.shared.threads, &interrupt) {
+    let maps: Vec<Map> = families.into_iter().flat_map(|family| family.maps).collect();
+    let measured = if arguments.redraw {
+        maps.iter().map(|map| redraw::read(map, &directory)).collect()
+    } else {
+        map::measure(maps, arguments.shared.seed, arguments.shared.threads, &interrupt)
+    };
+    let measured = match measured {
         Err(_) if interrupt.pressed() => return Ok(Ending::Interrupted),
         measured => measured?,
     };
@@ -123,8 +133,10 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
             picture::draw(title, &own, &directory.join(name))?;
         }
     }
-    for map in &measured {
-        map.write(&directory)?;
+    if !arguments.redraw {
+        for map in &measured {
+            map.write(&directory)?;
+        }
     }
     if arguments.verbose {
         for map in &measured {

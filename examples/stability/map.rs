@@ -6,6 +6,7 @@ use crate::common::progress::Progress;
 use crate::common::replicas;
 use crate::said::Said;
 use crate::verdict::{Outcome, Quantity};
+use gradient_mc::statistics::Estimate;
 use rustix::time::{ClockId, clock_gettime};
 use std::path::Path;
 
@@ -203,15 +204,19 @@ impl Measured {
             "error_of_truth",
             "tolerance",
             "largest_error_bar",
+            "error_at_start",
+            "drift",
+            "drift_error",
             "outcome_of_quantity",
             "cpu_seconds",
             "said",
             "silent_failure",
+            "not_the_library",
             "remark",
         ])?;
         for point in &self.points {
             let said: Vec<&str> = point.said.iter().map(|said| &said.name[..]).collect();
-            let row = |quantity: [String; 7]| {
+            let row = |quantity: [String; 10]| {
                 let [name, rest @ ..] = quantity;
                 let head = [
                     point.series.clone(),
@@ -224,6 +229,7 @@ impl Measured {
                     format!("{:.3}", point.cpu_seconds),
                     said.join(" "),
                     point.is_silent_failure().to_string(),
+                    point.foreign.to_string(),
                     point.remark.clone(),
                 ];
                 head.into_iter().chain(rest).chain(tail).collect::<Vec<String>>()
@@ -232,25 +238,24 @@ impl Measured {
                 writer.write_record(row(std::array::from_fn(|_| String::new())))?;
             }
             for quantity in &point.quantities {
+                let drift = quantity.drift.unwrap_or(Estimate::new(f64::NAN, f64::NAN));
                 let numbers = [
                     quantity.error.mean,
                     quantity.error.standard_error,
                     quantity.truth_error,
                     quantity.tolerance,
                     quantity.largest_error_bar,
-                ]
-                .map(|number| format!("{number:.3e}"));
-                let [error, bar, truth, tolerance, largest] = numbers;
-                let word = quantity.judge().word().to_owned();
-                writer.write_record(row([
-                    quantity.name.to_owned(),
-                    error,
-                    bar,
-                    truth,
-                    tolerance,
-                    largest,
-                    word,
-                ]))?;
+                    quantity.start.unwrap_or(f64::NAN),
+                    drift.mean,
+                    drift.standard_error,
+                ];
+                let mut cells = std::array::from_fn(|_| String::new());
+                cells[0].clone_from(&quantity.name);
+                for (cell, number) in cells[1..].iter_mut().zip(numbers) {
+                    *cell = format!("{number:.6e}");
+                }
+                quantity.judge().word().clone_into(&mut cells[9]);
+                writer.write_record(row(cells))?;
             }
         }
         writer.flush()?;

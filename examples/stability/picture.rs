@@ -73,12 +73,8 @@ fn legend(total: f64) -> Panel {
     let mut panel = bare(place, 100.0, 1.0);
     for (index, outcome) in Outcome::ALL.into_iter().enumerate() {
         let left = 1.0 + 11.0 * index as f64;
-        panel = panel.cells([Cell { x: [left, left + 10.0], y: [0.05, 0.95], color: color(outcome) }]).note(
-            left + 5.0,
-            0.5,
-            outcome.word(),
-            colors::INK,
-        );
+        let cell = Cell { x: [left, left + 10.0], y: [-0.95, -0.05], color: color(outcome) };
+        panel = panel.cells([cell]).note(left + 5.0, -0.5, outcome.word(), colors::INK);
     }
     panel
         .note(67.0, -0.5, "numbers: error in %", colors::INK)
@@ -115,12 +111,11 @@ fn panel(map: &Measured, place: Place) -> Panel {
             };
             let left = head + column as f64;
             let (x, y) = ([left + 0.02, left + 0.98], [top - 0.96, top - 0.04]);
-            panel = panel.cells([Cell { x, y, color: color(point.outcome) }]).note(
-                left + 0.5,
-                top + 0.5,
-                &words(point),
-                colors::INK,
-            );
+            let cell = Cell { x, y, color: color(point.outcome) };
+            panel = panel.cells([cell]).note(left + 0.5, top - 0.5, &words(point), colors::INK);
+            if !point.said.is_empty() {
+                panel = panel.cells([Cell { x: [left + 0.94, left + 0.98], y, color: colors::INK }]);
+            }
             if point.is_silent_failure() {
                 panel = panel.line("", colors::INK, Mark::Line, frame(x, y));
             }

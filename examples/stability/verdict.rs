@@ -3,9 +3,9 @@
 use gradient_mc::statistics::Estimate;
 
 /// A number that a method gave, against the true one.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) struct Quantity {
-    pub(crate) name: &'static str,
+    pub(crate) name: String,
     /// Measured over true, less 1; the difference where the true one is zero. With the error bar that the method itself
     /// claims.
     pub(crate) error: Estimate,
@@ -52,14 +52,15 @@ impl Outcome {
 
 impl Quantity {
     /// `measured` against `truth`, relative to the latter.
-    pub(crate) fn relative(name: &'static str, measured: Estimate, truth: f64) -> Self {
+    pub(crate) fn relative(name: &str, measured: Estimate, truth: f64) -> Self {
         let error = Estimate::new(measured.mean / truth - 1.0, measured.standard_error / truth.abs());
         Self::absolute(name, error)
     }
 
     /// A number that ought to be zero.
-    pub(crate) fn absolute(name: &'static str, error: Estimate) -> Self {
+    pub(crate) fn absolute(name: &str, error: Estimate) -> Self {
         let (tolerance, largest_error_bar) = (0.005, 0.01);
+        let name = name.to_owned();
         Self { name, error, truth_error: 0.0, tolerance, largest_error_bar, start: None, drift: None }
     }
 

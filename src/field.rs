@@ -196,7 +196,8 @@ impl<A: Field, B: Field> Field for SumField<A, B> {
 /// A field from a closure a(x); the potential is integrated once, at construction.
 ///
 /// Between nodes 1/32 of a diameter apart the potential is the cubic with the closure's values as
-/// slopes: its error is below 2.5·10⁻⁹ times the third derivative of a.
+/// slopes: its error is below 2.5·10⁻⁹ times the third derivative of a. A jump at a node, such as a whole number, is
+/// kept as it is; one between two nodes is rounded over the 1/32 between them.
 ///
 /// ```
 /// use gradient_mc::{Slab, field::{Field, FieldFn}};
@@ -209,8 +210,8 @@ impl<A: Field, B: Field> Field for SumField<A, B> {
 #[derive(Clone)]
 pub struct FieldFn<A> {
     acceleration: A,
-    /// Potential and acceleration at multiples of [`Self::SPACING`].
-    nodes: Vec<[f64; 2]>,
+    /// Potential, acceleration, and acceleration just below, at multiples of [`Self::SPACING`].
+    nodes: Vec<[f64; 3]>,
 }
 
 impl<A> std::fmt::Debug for FieldFn<A> {
@@ -221,6 +222,10 @@ impl<A> std::fmt::Debug for FieldFn<A> {
 
 impl<A: Fn(f64) -> f64> FieldFn<A> {
     const SPACING: f64 = 1.0 / 32.0;
+    /// How far below a node, relative to its height, its lower side is.
+    const BELOW: f64 = 1e-9;
+    /// A relative change over that distance that is a jump.
+    const JUMP: f64 = 1e-3;
 
     /// Wraps the acceleration `a(x)`, to be used over the heights of `slab`.
     ///
@@ -238,7 +243,11 @@ impl<A: Fn(f64) -> f64> FieldFn<A> {
             if !(value.is_finite() && potential.is_finite()) {
                 return Err(Error::InvalidField { height, acceleration: value, potential });
             }
-            nodes.push([potential, value]);
+            // Of a field that does not jump here it is the same, to the last bit.
+            let below = acceleration(height * (1.0 - Self::BELOW));
+            let jumps =
+                below.is_finite() && (below - value).abs() > Self::JUMP * below.abs().max(value.abs());
+            nodes.push([potential, value, if jumps { below } else { value }]);
             potential += integrate_panel(&acceleration, height, height + Self::SPACING);
         }
         Ok(Self { acceleration, nodes })
@@ -251,7 +260,7 @@ impl<A: Fn(f64) -> f64 + Sync> Field for FieldFn<A> {
         // Clamped to the table; outside it the end panels' cubics continue.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let panel = (scaled.max(0.0) as usize).min(self.nodes.len() - 2);
-        let [[u0, a0], [u1, a1]] = [self.nodes[panel], self.nodes[panel + 1]];
+        let [[u0, a0, _], [u1, _, a1]] = [self.nodes[panel], self.nodes[panel + 1]];
         let s = scaled - panel as f64;
         let (h0, h1) = (a0 * Self::SPACING, a1 * Self::SPACING);
         let rise = u1 - u0;

@@ -122,10 +122,28 @@ pub enum Warning {
         /// Fewest blocks of frames in which one of them was occupied.
         blocks: usize,
     },
+    /// Bins over which the density changes too much to be compared with a local equation of state by their means.
+    WideBins {
+        /// Height of a bin.
+        bin_width: f64,
+        /// Middle of the worst.
+        height: f64,
+        /// Estimate of the relative error of P/(nT) there: (Δx d ln n/dx)²/24.
+        bias: f64,
+    },
     /// An equation of state is used outside its domain.
     OutsideDomain {
         /// Where and how far.
         exit: DomainExit,
+    },
+    /// An equation of state is used inside its domain, but is not that of hard spheres there.
+    InaccurateEquation {
+        /// The densest height.
+        height: f64,
+        /// Packing fraction there.
+        packing_fraction: f64,
+        /// Its Z over that of the best equation ([`FluidSolid`](crate::equation_of_state::FluidSolid)), less 1.
+        deviation: f64,
     },
     /// The density changes by of order 1 over a diameter, where a local equation of state is wrong.
     SteepGradient {
@@ -197,6 +215,7 @@ impl fmt::Display for MixingEvidence {
 }
 
 impl fmt::Display for Warning {
+    #[allow(clippy::too_many_lines, reason = "one arm for each variant")]
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::TooShort { sweeps, needed } => write!(
@@ -267,11 +286,23 @@ impl fmt::Display for Warning {
                 "thin bins: {bins} between heights {lowest_height:.2} and {highest_height:.2} held a sphere in as few as \
                  {blocks} blocks, too few for an error bar: take wider bins or run longer"
             ),
+            Self::WideBins { bin_width, height, bias } => write!(
+                formatter,
+                "wide bins: over the {bin_width:.2} around height {height:.1} the density changes so much that P/(nT) of \
+                 its mean is off by some {:.1} %: take narrower bins",
+                100.0 * bias,
+            ),
             Self::OutsideDomain { exit } => write!(
                 formatter,
                 "outside the domain of the equation of state between heights {:.2} and {:.2}: packing fraction {:.4} is \
                  beyond {:.4}: take an equation that is valid there (FluidSolid)",
                 exit.lowest_height, exit.highest_height, exit.packing_fraction, exit.limit,
+            ),
+            Self::InaccurateEquation { height, packing_fraction, deviation } => write!(
+                formatter,
+                "inaccurate equation of state: Z is off by {:.2} % at height {height:.1} (packing fraction \
+                 {packing_fraction:.3}): take ModifiedKolafa or FluidSolid",
+                100.0 * deviation,
             ),
             Self::SteepGradient { height, slope, share } => write!(
                 formatter,

@@ -132,9 +132,9 @@ fn measure(method: Method, arguments: &Arguments, reference: &Profile) -> Result
             .par_iter_mut()
             .with_max_len(1)
             .map(|(engine, seconds)| {
-                let start = methods::cpu_seconds();
+                let start = common::clock::cpu_seconds();
                 let profile = column::observe(&mut **engine, arguments.width, stretch)?;
-                *seconds += methods::cpu_seconds() - start;
+                *seconds += common::clock::cpu_seconds() - start;
                 Ok(profile)
             })
             .collect::<Result<_, Failure>>()?;

@@ -9,18 +9,11 @@ use gradient_mc::moves::{EventChains, LocalMoves, Moves};
 use gradient_mc::start::{Start, Theory, Uniform};
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Field, Scene, Simulation, Slab, TemperatureProfile};
-use rustix::time::{ClockId, clock_gettime};
 
 /// The paper's largest displacement.
 const DISPLACEMENT: f64 = 0.75;
 /// Sweeps in which what can be tuned is; they count like all others.
 const EQUILIBRATION: u64 = 1024;
-
-/// CPU seconds of this thread.
-pub(crate) fn cpu_seconds() -> f64 {
-    let time = clock_gettime(ClockId::ThreadCPUTime);
-    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
-}
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Method {

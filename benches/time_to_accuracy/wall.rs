@@ -3,7 +3,7 @@
 use crate::column::{self, Errors, Profile};
 use crate::common::Failure;
 use crate::common::table::Table;
-use crate::methods::{self, Engine, Method};
+use crate::methods::{Engine, Method};
 use crate::{Arguments, Checkpoint, crossing};
 use rayon::prelude::*;
 use std::time::Instant;
@@ -29,9 +29,9 @@ impl Team {
             .par_iter_mut()
             .with_max_len(1)
             .map(|engine| {
-                let start = methods::cpu_seconds();
+                let start = crate::common::clock::cpu_seconds();
                 let profile = column::observe(&mut **engine, width, sweeps)?;
-                Ok((profile, methods::cpu_seconds() - start))
+                Ok((profile, crate::common::clock::cpu_seconds() - start))
             })
             .collect::<Result<_, Failure>>()?;
         self.seconds += start.elapsed().as_secs_f64();

@@ -3,8 +3,10 @@
 // Each example is a program of its own and uses a part of this.
 #![allow(dead_code, reason = "no example uses all of it")]
 
+pub(crate) mod accuracy;
 pub(crate) mod arguments;
 pub(crate) mod captions;
+pub(crate) mod clock;
 pub(crate) mod figure;
 pub(crate) mod groups;
 pub(crate) mod interrupt;

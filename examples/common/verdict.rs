@@ -134,11 +134,11 @@ impl Verdicts {
 
 impl fmt::Display for Verdicts {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let mut table = Table::new(["figure", "measured", "must be", "holds", "claim"]);
+        let mut table = Table::new(["figure: claim", "measured", "must be", "holds"]);
         for verdict in &self.0 {
             let holds = if verdict.holds() { "yes" } else { "NO" };
-            let measured = verdict.measured_in_words();
-            table.row(&verdict.figure, [measured, verdict.range(), holds.to_owned(), verdict.claim.clone()]);
+            let label = format!("{}: {}", verdict.figure, verdict.claim);
+            table.row(&label, [verdict.measured_in_words(), verdict.range(), holds.to_owned()]);
         }
         let held = self.0.iter().filter(|verdict| verdict.holds()).count();
         writeln!(formatter, "{table}{held} of {} claims hold", self.0.len())

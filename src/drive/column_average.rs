@@ -101,7 +101,7 @@ impl ColumnAverage {
 /// What the theory of a scene says before anything is measured.
 #[derive(Debug, Clone)]
 pub(super) struct Prior {
-    /// P/n = T Z in the middle of each bin.
+    /// P/n = T Z in the middle of each bin; where T jumps in a bin, its mean over the jump.
     pub(super) ratios: Vec<f64>,
     /// Pressure on the lid.
     pub(super) lid_pressure: f64,
@@ -114,6 +114,8 @@ impl Prior {
     /// part that follows.
     const LAYERED: f64 = 4.0;
     const WEIGHT_IN_LAYERS: f64 = 0.03;
+    /// A temperature that changes by more of itself within a bin is one that jumps there.
+    const SUDDEN: f64 = 0.1;
 
     /// Counted spheres per diameter of height that it stands for, at a distance from the nearest wall.
     fn weight_at(&self, distance: f64) -> f64 {
@@ -128,13 +130,41 @@ impl Prior {
     ) -> Result<Self, Error> {
         let profile = Hydrostatics::new(scene.field(), scene.temperature(), equation_of_state)
             .between_walls(scene.slab(), scene.column_density())?;
+        let temperature = |height: f64| scene.temperature().temperature(height);
         let ratio = |height: f64| {
             let factor = equation_of_state.compressibility_factor(profile.packing_fraction(height));
-            scene.temperature().temperature(height) * factor
+            temperature(height) * factor
         };
-        let ratios = potential.heights().map(ratio).collect();
+        let half = 0.5 * potential.bin_width();
+        let in_bin = |height: f64| {
+            let inverses = [height - half, height + half].map(|edge| 1.0 / temperature(edge));
+            if (libm::log(inverses[0]) - libm::log(inverses[1])).abs() < Self::SUDDEN {
+                return ratio(height);
+            }
+            mean_over_jump(equation_of_state, profile.pressure(height), inverses)
+                .unwrap_or_else(|| ratio(height))
+        };
+        let ratios = potential.heights().map(in_bin).collect();
         Ok(Self { ratios, lid_pressure: profile.lid_pressure(), weight })
     }
+}
+
+/// Mean of P/n with respect to 1/T between two values of it, at one pressure: where T jumps within a bin, P/n is not what
+/// it is in the middle. Nothing where the equation of state has no state.
+fn mean_over_jump(
+    equation_of_state: &impl EquationOfState,
+    pressure: f64,
+    [below, above]: [f64; 2],
+) -> Option<f64> {
+    const NODES: u32 = 32;
+    let ratio = |node: u32| {
+        let inverse = below + (above - below) * (f64::from(node) + 0.5) / f64::from(NODES);
+        let eta = equation_of_state.packing_fraction_at(pressure * inverse, None)?;
+        Some(equation_of_state.compressibility_factor(eta) / inverse)
+    };
+    let sum = (0..NODES).map(ratio).sum::<Option<f64>>()?;
+    let mean = sum / f64::from(NODES);
+    mean.is_finite().then_some(mean)
 }
 
 /// The density of centres in contact with the lid, extrapolated from the fifth of a diameter next to it.

@@ -2,6 +2,7 @@
 
 use super::HydrostaticProfile;
 use crate::Warning;
+use crate::equation_of_state::packing_fraction;
 
 impl HydrostaticProfile {
     /// Parts of the column, with equally many spheres, at which it is probed.
@@ -12,11 +13,13 @@ impl HydrostaticProfile {
     const LEAST_SHARE: f64 = 0.01;
     /// A pressure on the lid below this part of the largest leaves P(x) right to a per cent until it has fallen to a tenth.
     const LARGEST_LID_PRESSURE: f64 = 1e-3;
+    /// An equation of state whose Z is off by more of itself is not that of hard spheres.
+    const LARGEST_DEVIATION: f64 = 0.01;
     /// Relative; less is rounding.
     const SMALLEST_JUMP: f64 = 0.01;
 
-    /// What speaks against this profile: [`Warning::OutsideDomain`], [`Warning::SteepGradient`],
-    /// [`Warning::DensityJump`] (the largest), and [`Warning::LidTooLow`], which does not make the profile wrong but a
+    /// What speaks against this profile: [`Warning::OutsideDomain`], [`Warning::InaccurateEquation`],
+    /// [`Warning::SteepGradient`], [`Warning::DensityJump`] (the largest), and [`Warning::LidTooLow`], which does not make the profile wrong but a
     /// pressure that is taken from the weight of what lies above.
     ///
     /// ```
@@ -35,6 +38,10 @@ impl HydrostaticProfile {
         let mut warnings = Vec::new();
         if let Some(exit) = self.domain_exit() {
             warnings.push(Warning::OutsideDomain { exit });
+        } else if self.deviation_of_equation().abs() > Self::LARGEST_DEVIATION {
+            let (height, density) = self.density_maximum();
+            let (packing_fraction, deviation) = (packing_fraction(density), self.deviation_of_equation());
+            warnings.push(Warning::InaccurateEquation { height, packing_fraction, deviation });
         }
         warnings.extend(self.steep_gradient());
         warnings.extend(self.largest_jump());

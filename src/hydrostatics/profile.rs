@@ -2,7 +2,7 @@
 
 use super::legendre::{evaluate, evaluate_integral};
 use super::march::{Column, Panel};
-use crate::equation_of_state::{Domain, DomainSide, EquationOfState, packing_fraction};
+use crate::equation_of_state::{Domain, DomainSide, EquationOfState, FluidSolid, packing_fraction};
 use crate::{Error, Field, TemperatureProfile};
 
 /// The theory profile of a scene; made by [`Hydrostatics`](super::Hydrostatics).
@@ -28,6 +28,8 @@ pub struct HydrostaticProfile {
     lid_pressure: f64,
     density_maximum: (f64, f64),
     domain_exit: Option<DomainExit>,
+    /// At the densest point, Z over that of the best equation of state, less 1.
+    deviation: f64,
 }
 
 /// Where a profile leaves the domain of its equation of state.
@@ -93,8 +95,13 @@ impl HydrostaticProfile {
             lid_pressure,
             density_maximum,
             domain_exit: None,
+            deviation: 0.0,
             panels,
         };
+        let densest = packing_fraction(density_maximum.1);
+        profile.deviation = column.equation_of_state.compressibility_factor(densest)
+            / FluidSolid::default().compressibility_factor(densest)
+            - 1.0;
         profile.domain_exit = profile.find_exit(column.equation_of_state.domain());
         Ok(profile)
     }
@@ -166,6 +173,11 @@ impl HydrostaticProfile {
     #[must_use]
     pub fn density_maximum(&self) -> (f64, f64) {
         self.density_maximum
+    }
+
+    /// At the densest point, Z of the equation of state over that of the best one, less 1.
+    pub(super) fn deviation_of_equation(&self) -> f64 {
+        self.deviation
     }
 
     /// Spheres per unit area between the base and `height`.

@@ -1,4 +1,4 @@
-//! Bins that say nothing.
+//! Bins that say nothing, or too little.
 
 use super::bins::Bins;
 use crate::Warning;
@@ -46,4 +46,35 @@ pub(super) fn of_bins(bins: &Bins, averages: &BlockAverages) -> Vec<Warning> {
         warnings.push(Warning::ThinBins { bins: thin.len(), lowest_height, highest_height, blocks });
     }
     warnings
+}
+
+/// Bins so wide that the equation of state of their means is not that of any height in them; the worst.
+pub(super) fn too_wide(bins: &Bins, averages: &BlockAverages) -> Option<Warning> {
+    /// Narrower ones resolve the layers at a wall, where no local equation holds anyway.
+    const LAYER: f64 = 1.0;
+    /// A relative error that matters.
+    const LARGEST_BIAS: f64 = 0.005;
+    /// Fewer spheres do not tell a slope from noise.
+    const FEWEST: f64 = 1000.0;
+    let bin_width = bins.volume() / bins.base_area();
+    if bin_width < LAYER || averages.observations() == 0 {
+        return None;
+    }
+    let mut counts = averages.mean();
+    counts.truncate(bins.count());
+    let known = |count: f64| count * averages.observations() as f64 >= FEWEST;
+    let worst = counts
+        .windows(3)
+        .zip(bins.centers().skip(1))
+        .filter(|(counts, _)| counts.iter().all(|&count| known(count)))
+        .map(|(counts, height)| {
+            let change = 0.5 * libm::log(counts[2] / counts[0]);
+            (height, change * change / 24.0)
+        })
+        .max_by(|(_, one), (_, other)| one.total_cmp(other));
+    worst.filter(|(_, bias)| *bias > LARGEST_BIAS).map(|(height, bias)| Warning::WideBins {
+        bin_width,
+        height,
+        bias,
+    })
 }

@@ -175,10 +175,13 @@ impl EquationOfStateProfile {
     }
 
     /// What speaks against single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base up to where 1 % of
-    /// the spheres seen is left. Above that, and in a vacuum, bins are empty by right.
+    /// the spheres seen is left. Above that, and in a vacuum, bins are empty by right. [`Warning::WideBins`] where the
+    /// density changes too much within one.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
-        doubts::of_bins(&self.bins, &self.averages)
+        let mut warnings = doubts::of_bins(&self.bins, &self.averages);
+        warnings.extend(doubts::too_wide(&self.bins, &self.averages));
+        warnings
     }
 
     /// Any function of the states of all bins, upwards, with errors by the jackknife over blocks: means over groups of

@@ -28,6 +28,10 @@ pub struct Equilibration {
 /// the rest 50 τ long. What it cannot see is a relaxation that is slower than the
 /// series, or one under noise that is anticorrelated: starts from both sides are still needed.
 ///
+/// A large fall that is as fast as the fluctuations after it, or faster, would deceive the rule: its τ is no longer than theirs, and
+/// keeping it makes the numbers look independent. So whatever is followed, in the first half, by a number farther than six standard
+/// deviations of the second half from the mean of that is cut off beforehand.
+///
 /// ```
 /// use gradient_mc::statistics::equilibration;
 /// // From 3 to 0 within a hundred numbers, under noise.
@@ -66,7 +70,7 @@ pub fn equilibration(series: &[f64]) -> Result<Equilibration, Error> {
     let mean = |numbers: &[f64]| numbers.iter().sum::<f64>() / block as f64;
     let blocks: Vec<f64> = series[offset..].chunks_exact(block).map(mean).collect();
     let (mut start, mut most) = (0, 0.0);
-    let mut candidate = 0;
+    let mut candidate = end_of_fall(&blocks);
     while candidate + SHORTEST_REST <= blocks.len() {
         let rest = &blocks[candidate..];
         let effective = rest.len() as f64 / inefficiency(rest);
@@ -91,6 +95,19 @@ pub fn equilibration(series: &[f64]) -> Result<Equilibration, Error> {
         Err(Error::TooFewObservations { .. }) => refused(most),
         Err(error) => Err(error),
     }
+}
+
+/// Behind the last number of the first half that cannot belong to the second.
+fn end_of_fall(series: &[f64]) -> usize {
+    const FARTHEST: f64 = 6.0;
+
+    let (first, second) = series.split_at(series.len() / 2);
+    let length = second.len() as f64;
+    let mean = second.iter().sum::<f64>() / length;
+    let variance = second.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / length;
+    let foreign = |value: &f64| (value - mean) * (value - mean) > FARTHEST * FARTHEST * variance;
+    // A second half that never changes is refused later, whatever is cut off.
+    first.iter().rposition(foreign).filter(|_| variance > 0.0).map_or(0, |last| last + 1)
 }
 
 /// Statistical inefficiency 2τ of a series, at least 1: the sum of correlations up to the first that is not
@@ -174,6 +191,26 @@ mod tests {
         };
         for correlation in [0.0, 0.9] {
             assert!(kept(correlation) < 0.15, "{} of it is cut", kept(correlation));
+        }
+    }
+
+    /// A column falls by a hundred standard deviations, as fast as it fluctuates or faster.
+    #[test]
+    fn a_fall_as_fast_as_the_fluctuations_is_cut_off() {
+        for relaxation in [5.0, 100.0] {
+            let mut cut = 0.0;
+            for seed in 0..20 {
+                let series = relaxing(100.0, relaxation, 0.99, 20_000, seed);
+                let steady = equilibration(&series).unwrap();
+                // ln(100/6) relaxation times, less what the fluctuations may hide.
+                assert!(steady.start as f64 > 2.3 * relaxation, "{} at {relaxation}", steady.start);
+                cut += steady.start as f64 / 20_000.0 / 20.0;
+                // The rule alone would keep the fall of most series: there are more numbers with it that look independent.
+                let number = |start: usize| (20_000 - start) as f64 / inefficiency(&series[start..]);
+                assert!(relaxation > 50.0 || number(0) > number(steady.start));
+            }
+            // Of a steady series with a memory as long as many are cut by chance.
+            assert!(cut < 0.15, "{cut} of it is cut");
         }
     }
 

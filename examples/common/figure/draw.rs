@@ -75,22 +75,26 @@ fn draw_panel<DB: DrawingBackend>(panel: &Panel, area: &Area<DB>, pen: Pen) -> R
     if panel.inset {
         area.fill(&WHITE).map_err(explain)?;
     }
-    let below = if panel.without_x_labels { 8.0 } else { 3.1 * letters };
+    let below = if panel.without_x_labels || panel.bare { 8.0 } else { 3.1 * letters };
+    let beside = if panel.bare { 1.2 } else { 4.6 };
     let above = if panel.title.is_some() { 1.7 * letters } else { 6.0 };
     let ((x_low, x_high), (y_low, y_high)) = (panel.x.range(), panel.y.range());
     let mut chart = ChartBuilder::on(area)
         .margin_top(pen.pixels(above))
         .margin_right(pen.pixels(1.2 * letters))
         .x_label_area_size(pen.pixels(below))
-        .y_label_area_size(pen.pixels(4.6 * letters))
+        .y_label_area_size(pen.pixels(beside * letters))
         .build_cartesian_2d(x_low..x_high, y_low..y_high)
         .map_err(explain)?;
     let x_number =
         |value: &f64| if panel.without_x_labels { String::new() } else { number(*value, &panel.x) };
     let y_number = |value: &f64| number(*value, &panel.y);
-    chart
-        .configure_mesh()
-        .axis_style(pen.stroke(colors::INK, 1.3))
+    let plane = chart.plotting_area().clone();
+    let mut mesh = chart.configure_mesh();
+    if panel.bare {
+        mesh.disable_mesh().disable_axes();
+    }
+    mesh.axis_style(pen.stroke(colors::INK, 1.3))
         .light_line_style(TRANSPARENT)
         .bold_line_style(pen.stroke(RGBColor(232, 232, 232), 1.0))
         .set_all_tick_mark_size(pen.pixels(5.0))
@@ -102,11 +106,10 @@ fn draw_panel<DB: DrawingBackend>(panel: &Panel, area: &Area<DB>, pen: Pen) -> R
         .draw()
         .map_err(explain)?;
 
-    let plane = chart.plotting_area();
     draw_axis_labels(panel, area, &plane.get_pixel_range(), pen, letters)?;
-    draw_cells(panel, plane)?;
+    draw_cells(panel, &plane)?;
     for series in &panel.series {
-        draw_series(series, panel, plane, pen)?;
+        draw_series(series, panel, &plane, pen)?;
     }
     for note in &panel.notes {
         let (x, y) = plane.map_coordinate(&(panel.x.position(note.x), panel.y.position(note.y)));

@@ -147,6 +147,8 @@ pub(crate) struct Panel {
     without_x_labels: bool,
     /// Stands inside another panel, drawn before it.
     inset: bool,
+    /// Has neither axes nor numbers.
+    bare: bool,
 }
 
 impl Panel {
@@ -162,6 +164,7 @@ impl Panel {
             legend: None,
             without_x_labels: false,
             inset: false,
+            bare: false,
         }
     }
 
@@ -174,6 +177,12 @@ impl Panel {
     /// Makes the panel one that stands inside another, on white and with smaller letters; add it to the figure after that one.
     pub(crate) fn inset(mut self) -> Self {
         self.inset = true;
+        self
+    }
+
+    /// Leaves out axes and numbers: for maps that name their rows and columns themselves.
+    pub(crate) fn without_axes(mut self) -> Self {
+        self.bare = true;
         self
     }
 

@@ -1,0 +1,164 @@
+//! One column: from its start to the steady state, and what is measured there.
+
+use super::layers;
+use super::protocol::{Family, HEIGHT, Side, Task};
+use crate::common::Failure;
+use crate::common::clock::cpu_seconds;
+use crate::common::interrupt::Interrupt;
+use crate::common::progress::Progress;
+use crate::common::replicas::in_chunks;
+use gradient_mc::field::UniformField;
+use gradient_mc::moves::LocalMoves;
+use gradient_mc::observers::{
+    CenterOfMass, DensityProfile, DisplacementProfile, EquationOfStateProfile, RadialDistribution,
+};
+use gradient_mc::start::{Compact, Positions, Uniform};
+use gradient_mc::temperature::Isothermal;
+use gradient_mc::{Every, Scene, Simulation, Slab};
+
+/// Height of the bins of the whole column, in diameters.
+pub(crate) const BIN_WIDTH: f64 = 0.5;
+/// Height of the bins at the base, which resolve the contact density and the peaks.
+pub(crate) const FINE_BIN_WIDTH: f64 = 0.01;
+/// Where those bins begin, at the lowest centre, and end.
+pub(crate) const FINE_RANGE: [f64; 2] = [0.5, 3.5];
+/// The base in the paper's bins.
+const BASE_RANGE: [f64; 2] = [0.5, 8.5];
+/// Sweeps of small local moves between two looks at the base, and at the order in its first layer.
+const LAYERS_INTERVAL: u64 = 5;
+const FIRST_LAYER_INTERVAL: u64 = 20;
+/// The first layer, a bin of the paper's at the wall.
+const FIRST_LAYER: [f64; 2] = [0.5, 0.6];
+/// Width of the bins of the radial distribution.
+const RADIAL_BIN_WIDTH: f64 = 0.05;
+
+/// What one column has shown.
+pub(crate) struct Column {
+    pub(crate) task: Task,
+    /// From the first sweep on.
+    pub(crate) center_of_mass: CenterOfMass,
+    /// Whole column, in the steady state, as all that follows.
+    pub(crate) profile: EquationOfStateProfile,
+    /// The base as the moves that made the column steady have it.
+    pub(crate) by_own_moves: DensityProfile,
+    pub(crate) layers: Option<Layers>,
+    pub(crate) mobility: Option<DisplacementProfile>,
+    pub(crate) busy: f64,
+}
+
+/// The base, measured while small local moves went on from the steady state: structure changes by small displacements, and what
+/// moves a column as a whole hardly changes it.
+pub(crate) struct Layers {
+    pub(crate) base: DensityProfile,
+    pub(crate) fine: DensityProfile,
+    pub(crate) first_layer: RadialDistribution,
+}
+
+impl Layers {
+    fn new(task: &Task, slab: &Slab) -> Result<Self, Failure> {
+        let [layer_low, layer_high] = FIRST_LAYER;
+        let radial_bins = bins(0.5 * task.width, RADIAL_BIN_WIDTH);
+        Ok(Self {
+            base: base(slab, BASE_RANGE, layers::BIN_WIDTH)?,
+            fine: base(slab, FINE_RANGE, FINE_BIN_WIDTH)?,
+            first_layer: RadialDistribution::new(slab, layer_low, layer_high, radial_bins)?,
+        })
+    }
+}
+
+fn base(slab: &Slab, [low, high]: [f64; 2], width: f64) -> Result<DensityProfile, Failure> {
+    Ok(DensityProfile::with_range(slab, low, high, bins(high - low, width))?)
+}
+
+impl Column {
+    /// The centre of mass in the steady state.
+    pub(crate) fn steady(&self) -> CenterOfMass {
+        self.center_of_mass.since(self.task.equilibration + 1)
+    }
+
+    pub(crate) fn weight(&self) -> f64 {
+        self.task.particles() as f64 * self.task.production as f64
+    }
+}
+
+fn bins(range: f64, width: f64) -> usize {
+    // Some hundreds.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let bins = (range / width).round() as usize;
+    bins
+}
+
+/// Simulates a column.
+pub(crate) fn simulate(task: Task, interrupt: &Interrupt, progress: &Progress) -> Result<Column, Failure> {
+    let started = cpu_seconds();
+    let slab = task.slab()?;
+    let scene =
+        Scene::new(slab, task.particles(), UniformField::default(), Isothermal::new(task.temperature)?)?;
+    let builder = Simulation::builder(scene).moves(task.family.moves(&slab)?).seed(task.seed);
+    let mut simulation = match task.side {
+        Side::Above => builder.start(Uniform::default()).build()?,
+        Side::Below => builder.start(Compact).build()?,
+    };
+    let mut center_of_mass = Every::new(task.interval, CenterOfMass::new());
+    let mut profile = Every::new(
+        task.interval,
+        EquationOfStateProfile::with_range(&slab, 0.5, HEIGHT - 0.5, bins(HEIGHT - 1.0, BIN_WIDTH))?,
+    );
+    let mut by_own_moves = Every::new(task.interval, base(&slab, BASE_RANGE, layers::BIN_WIDTH)?);
+    let hidden = Progress::hidden();
+    in_chunks(task.equilibration, interrupt, &hidden, |sweeps| {
+        progress.advance(sweeps * task.cost_of_sweep());
+        simulation.equilibrate(sweeps, &mut center_of_mass)
+    })?;
+    in_chunks(task.production, interrupt, &hidden, |sweeps| {
+        progress.advance(sweeps * task.cost_of_sweep());
+        simulation.run(sweeps, &mut (&mut center_of_mass, &mut profile, &mut by_own_moves))
+    })?;
+
+    let layers = if task.layers > 0 {
+        let start = Positions(simulation.positions());
+        let moves = LocalMoves::new(task.small_displacement(), &slab)?;
+        let mut simulation =
+            Simulation::builder(scene).moves(moves).seed(task.seed ^ (1 << 40)).start(start).build()?;
+        let Layers { base, fine, first_layer } = Layers::new(&task, &slab)?;
+        let mut observers = (
+            Every::new(LAYERS_INTERVAL, base),
+            Every::new(LAYERS_INTERVAL, fine),
+            Every::new(FIRST_LAYER_INTERVAL, first_layer),
+        );
+        in_chunks(task.layers, interrupt, &hidden, |sweeps| {
+            progress.advance(sweeps * task.particles() as u64);
+            simulation.run(sweeps, &mut observers)
+        })?;
+        let (base, fine, first_layer) = observers;
+        Some(Layers { base: base.observer, fine: fine.observer, first_layer: first_layer.observer })
+    } else {
+        None
+    };
+    let mobility = if task.mobility > 0 {
+        // The paper's moves in the steady state that ours have reached.
+        let start = Positions(simulation.positions());
+        let builder = Simulation::builder(scene).moves(Family::Paper.moves(&slab)?).seed(!task.seed);
+        let mut simulation = builder.start(start).build()?;
+        let mut mobility = Every::new(
+            task.interval,
+            DisplacementProfile::with_range(&slab, 0.5, HEIGHT - 0.5, bins(HEIGHT - 1.0, BIN_WIDTH))?,
+        );
+        in_chunks(task.mobility, interrupt, &hidden, |sweeps| {
+            progress.advance(sweeps * task.particles() as u64);
+            simulation.run(sweeps, &mut mobility)
+        })?;
+        Some(mobility.observer)
+    } else {
+        None
+    };
+    Ok(Column {
+        task,
+        center_of_mass: center_of_mass.observer,
+        profile: profile.observer,
+        by_own_moves: by_own_moves.observer,
+        layers,
+        mobility,
+        busy: cpu_seconds() - started,
+    })
+}

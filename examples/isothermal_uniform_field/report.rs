@@ -1,0 +1,57 @@
+//! What all figures have in common: where they go, and what they claim.
+
+use super::captions::Captions;
+use super::protocol::TEMPERATURES;
+use crate::common::Failure;
+use crate::common::figure::{Figure, Place, colors};
+use crate::common::output::write_csv;
+use crate::common::verdict::Verdicts;
+use plotters::style::RGBColor;
+use std::path::PathBuf;
+
+/// Files, captions and verdicts of one run.
+#[derive(Debug)]
+pub(crate) struct Report {
+    pub(crate) directory: PathBuf,
+    pub(crate) verdicts: Verdicts,
+    pub(crate) captions: Captions,
+}
+
+impl Report {
+    pub(crate) fn new(directory: PathBuf) -> Self {
+        Self { directory, verdicts: Verdicts::new(), captions: Captions::default() }
+    }
+
+    /// Saves a picture under this name and notes its caption.
+    pub(crate) fn picture(&mut self, name: &str, figure: &Figure, caption: &str) -> Result<(), Failure> {
+        figure.save(&self.directory.join(name))?;
+        self.captions.add(&format!("{name}.png"), caption);
+        Ok(())
+    }
+
+    /// Writes a table under this name.
+    pub(crate) fn table<const COLUMNS: usize>(
+        &self,
+        name: &str,
+        units: &str,
+        header: [&str; COLUMNS],
+        records: impl IntoIterator<Item = [f64; COLUMNS]>,
+    ) -> Result<(), Failure> {
+        write_csv(&self.directory.join(name).with_extension("csv"), units, header, records)
+    }
+
+    pub(crate) fn finish(&self) -> Result<(), Failure> {
+        self.captions.write_csv(&self.directory)?;
+        self.verdicts.write_csv(&self.directory)
+    }
+}
+
+/// Colour of a temperature in all figures.
+pub(crate) fn color_of(temperature: f64) -> RGBColor {
+    const COLORS: [RGBColor; 4] = [colors::BLUE, colors::VERMILION, colors::PURPLE, colors::GREEN];
+    let known = TEMPERATURES.iter().position(|&tabulated| tabulated == temperature);
+    known.map_or(colors::INK, |number| COLORS[number])
+}
+
+/// A place that fills the picture below its title.
+pub(crate) const WHOLE: Place = Place { left: 0.0, top: 0.07, width: 1.0, height: 0.93 };

@@ -1,0 +1,29 @@
+//! From when on a series is steady.
+
+use gradient_mc::observers::CenterOfMass;
+
+/// The sweep from which on a centre of mass is steady, by the marginal standard error rule: where cutting makes
+/// Σ(x − x̄)²/n² of the rest least (White, doi:10.1177/003754979706900601). None if that is in the second half.
+///
+/// A fall from 200 to 28 in fifty sweeps is shorter than the fluctuations that follow, so a rule that counts independent numbers
+/// by their correlation time alone, like `statistics::equilibration`, may keep all of it. This one sees its size.
+pub(crate) fn steady_from(series: &CenterOfMass) -> Option<u64> {
+    let heights = series.heights();
+    let (mut sum, mut squares, mut count) = (0.0, 0.0, 0.0);
+    let mut best: Option<(f64, usize)> = None;
+    // The steady value is near the last ones: less of them, sums of squares lose no digits.
+    let last = *heights.last()?;
+    for (start, height) in heights.iter().enumerate().rev() {
+        let value = height - last;
+        sum += value;
+        squares += value * value;
+        count += 1.0;
+        let error = (squares - sum * sum / count) / (count * count);
+        // The last few numbers always look alike.
+        if count >= 16.0 && best.is_none_or(|(least, _)| error < least) {
+            best = Some((error, start));
+        }
+    }
+    let (_, start) = best?;
+    (start <= heights.len() / 2).then(|| series.sweeps().get(start).copied())?
+}

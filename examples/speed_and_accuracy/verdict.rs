@@ -1,0 +1,182 @@
+//! What is claimed, judged by the data.
+
+use crate::chart::Data;
+use crate::contest::{Contest, Crossing, Task, Way};
+use crate::method::{Method, Moves, Scheme, Start};
+use crate::point::{Point, Quantity};
+use crate::report::{self, Family, families, time};
+use crate::system::System;
+
+/// What references are good for.
+const FLOOR: f64 = 1e-3;
+
+/// A list of claims and whether each holds.
+#[derive(Debug, Default)]
+pub(crate) struct Verdict {
+    lines: Vec<(bool, String)>,
+}
+
+impl Verdict {
+    fn claim(&mut self, holds: bool, words: String) {
+        self.lines.push((holds, words));
+    }
+
+    pub(crate) fn holds(&self) -> bool {
+        self.lines.iter().all(|(holds, _)| *holds)
+    }
+
+    pub(crate) fn print(&self) {
+        for (holds, words) in &self.lines {
+            println!("{}: {words}", if *holds { "holds" } else { "FAILS" });
+        }
+    }
+
+    /// Of one system.
+    pub(crate) fn judge_system(&mut self, data: &Data<'_>) {
+        let system = data.system.title();
+        let own = data.reference.errors.misplaced;
+        self.claim(
+            own <= FLOOR,
+            format!("{system}: the reference knows n to {own:.1e}, {FLOOR:.0e} at most"),
+        );
+        let families = families(data);
+        let is_theory = |family: &&Family<'_>| family.points.iter().all(|point| point.is_theory());
+        for quantity in Quantity::BOTH {
+            let cheapest = |target: f64, theories: bool| -> Option<(&Family<'_>, f64)> {
+                families
+                    .iter()
+                    .filter(|family| is_theory(family) == theories)
+                    .filter_map(|family| Some((family, family.time_to(quantity, target)?)))
+                    .min_by(|one, other| one.1.total_cmp(&other.1))
+            };
+            let words = |found: &Option<(&Family<'_>, f64)>| {
+                found.as_ref().map_or("nothing".to_owned(), |(family, seconds)| {
+                    format!("{} ({})", family.name, time(Some(*seconds)))
+                })
+            };
+            let (theory, simulation) = (cheapest(0.01, true), cheapest(0.01, false));
+            let holds = match (&theory, &simulation) {
+                (Some(theory), Some(simulation)) => theory.1 < simulation.1,
+                (theory, _) => theory.is_some(),
+            };
+            self.claim(
+                holds,
+                format!(
+                    "{system}: the cheapest way to {} within 1 % is a theory, {}; of simulations {}",
+                    quantity.symbol(),
+                    words(&theory),
+                    words(&simulation),
+                ),
+            );
+            println!(
+                "cheapest for {} within 0.3 %, {system}: of theories {}, of simulations {}",
+                quantity.symbol(),
+                words(&cheapest(0.003, true)),
+                words(&cheapest(0.003, false)),
+            );
+        }
+        // Tuned moves are ahead of the paper's S = 0.75 wherever both are followed from a start that knows nothing.
+        for width in [crate::method::SMALL, crate::method::FULL] {
+            let last = |moves| {
+                last_point(
+                    data,
+                    Method { moves, start: Start::Uniform, width, scheme: Scheme::SelfConsistent },
+                )
+            };
+            if let (Some(paper), Some(tuned)) = (last(Moves::Paper), last(Moves::Tuned)) {
+                let ratio = paper.errors.misplaced / tuned.errors.misplaced;
+                self.claim(
+                    ratio > 1.0,
+                    format!(
+                        "{system}, {width} x {width}, uniform start: after {} S = 0.75 has misplaced {:.2} % of the spheres, tuned \
+                         moves {:.2} % after {}",
+                        time(Some(paper.seconds)),
+                        100.0 * paper.errors.misplaced,
+                        100.0 * tuned.errors.misplaced,
+                        time(Some(tuned.seconds)),
+                    ),
+                );
+            }
+        }
+        if data.system == System::VaryingTemperature {
+            self.judge_schemes(data);
+        }
+    }
+
+    fn judge_schemes(&mut self, data: &Data<'_>) {
+        let width = crate::method::SMALL;
+        let last =
+            |scheme| last_point(data, Method { moves: Moves::Tuned, start: Start::Theory, width, scheme });
+        if let (Some(paper), Some(ours)) = (last(Scheme::Instantaneous), last(Scheme::SelfConsistent)) {
+            let over = paper.is_over_confident(Quantity::Density, data.reference)
+                || paper.is_over_confident(Quantity::Pressure, data.reference);
+            self.claim(
+                over,
+                format!(
+                    "the instantaneous scheme on 5 x 5 is over-confident: misplaced {:.2} %, claimed {:.2} %",
+                    100.0 * paper.errors.misplaced,
+                    100.0 * paper.claims.map_or(f64::NAN, |claims| claims.misplaced),
+                ),
+            );
+            self.claim(
+                !ours.is_over_confident(Quantity::Density, data.reference),
+                format!(
+                    "the self-consistent scheme is not, of n: misplaced {:.2} %, claimed {:.2} %",
+                    100.0 * ours.errors.misplaced,
+                    100.0 * ours.claims.map_or(f64::NAN, |claims| claims.misplaced),
+                ),
+            );
+        }
+    }
+
+    /// Of the equation of state.
+    pub(crate) fn judge_contest(&mut self, contest: &Contest, target: f64) {
+        for way in [Way::Local, Way::Chains] {
+            let [sigmas, deviation, error] = contest.agreement(way);
+            self.claim(
+                sigmas < 4.0 && error < 0.01,
+                format!(
+                    "{}: Z agrees with the modified Kolafa equation within {sigmas:.1} standard errors at every density; at most \
+                     {:.2} % off, errors at most {:.2} %",
+                    way.label(),
+                    100.0 * deviation,
+                    100.0 * error,
+                ),
+            );
+        }
+        for task in [Task::NINE, Task::SEVENTEEN] {
+            let [gradient, homogeneous] = report::best(contest, task, target, true);
+            let words = |found: Option<(Way, Crossing)>| {
+                found.map_or("not reached".to_owned(), |(way, time)| format!("{}, {time} s", way.label()))
+            };
+            self.claim(
+                homogeneous.is_some_and(|(_, time)| !time.extrapolated),
+                format!(
+                    "equation of state at {} packing fractions is known to {} % after: {}; {}",
+                    task.label(),
+                    100.0 * target,
+                    words(homogeneous),
+                    words(gradient),
+                ),
+            );
+            for (name, opponent) in [
+                ("the best", homogeneous.map(|(_, time)| time)),
+                ("local moves", report::time_to(contest, Way::Local, task, target, true)),
+            ] {
+                if let (Some((_, gradient)), Some(opponent)) = (gradient, opponent) {
+                    let gain = opponent.seconds / gradient.seconds;
+                    let outcome = if gain > 1.0 { "wins" } else { "loses" };
+                    println!(
+                        "gain of the gradient at {} against {name}: {gain:.3}, it {outcome}",
+                        task.label()
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// The longest run of a method on one thread.
+fn last_point<'a>(data: &Data<'a>, method: Method) -> Option<&'a Point> {
+    data.points.iter().rfind(|point| point.simulation(1).is_some_and(|(own, _)| own == method))
+}

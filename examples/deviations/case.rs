@@ -30,7 +30,7 @@ pub(crate) struct Case {
     pub(crate) slab: Slab,
     /// Between walls; modified Kolafa-Labík-Malijevský, and Speedy's solid where it freezes.
     pub(crate) theory: HydrostaticProfile,
-    /// Ranges of height in which the packing fraction changes by 0.05, or that are six diameters high.
+    /// Ranges of height in which the packing fraction changes by 0.05, or that are six diameters high, with enough spheres in each.
     pub(crate) groups: Vec<[f64; 2]>,
 }
 
@@ -61,23 +61,26 @@ impl Case {
     /// From the lowest height that is neither layered nor frozen upwards, in steps of packing fraction or height.
     fn divide(&self) -> Vec<[f64; 2]> {
         const STEP: f64 = 0.05;
-        const LEAST: f64 = 1.5;
         const MOST: f64 = 6.0;
+        /// Spheres per area: a fiftieth of the column.
+        const FEWEST: f64 = 0.8;
         let mut edges = vec![self.lowest()];
         let mut low = self.lowest();
         let mut height = low;
         while self.theory.packing_fraction(height) > MOST_DILUTE {
             height += 0.1;
             let change = self.theory.packing_fraction(height) - self.theory.packing_fraction(low);
-            if (change.abs() >= STEP && height - low >= LEAST) || height - low >= MOST {
+            let spheres = self.theory.column_above(low) - self.theory.column_above(height);
+            if spheres >= FEWEST && (change.abs() >= STEP || height - low >= MOST) {
                 edges.push(height);
                 low = height;
             }
         }
-        // The rest, if it is worth it.
-        if height - low > LEAST {
-            edges.push(height);
+        // What is left is too little for a range of its own.
+        if edges.len() > 1 {
+            edges.pop();
         }
+        edges.push(height);
         crate::common::groups::ranges_between(&edges)
     }
 

@@ -83,6 +83,8 @@ impl Analysis {
 #[derive(Debug, Clone)]
 pub(crate) struct Outcome {
     pub(crate) case: Case,
+    /// P/(nTZ) − 1 in each group that a local equation must miss, to lowest order in the density.
+    pub(crate) nonlocal: Vec<f64>,
     pub(crate) ours: Analysis,
     /// Runs as the paper made them, each with its name.
     pub(crate) papers: Vec<(String, Analysis)>,

@@ -12,7 +12,7 @@ use std::path::Path;
 const LEFT: Place = Place { left: 0.0, top: 0.07, width: 0.5, height: 0.93 };
 const RIGHT: Place = Place { left: 0.5, top: 0.07, width: 0.5, height: 0.93 };
 /// Of the left panel.
-const LOWEST: f64 = 1e-5;
+const LOWEST: f64 = 1e-6;
 const HIGHEST: f64 = 1.0;
 
 pub(crate) fn draw(outcomes: &[Outcome], directory: &Path) -> Result<(), Failure> {
@@ -48,7 +48,7 @@ fn bins(analysis: &Analysis, value: impl Fn(&super::papers::PaperPoint) -> f64) 
 fn papers_measures(outcomes: &[&Outcome], densest: f64) -> Panel {
     let mut panel = Panel::new(LEFT, packing(densest), Axis::logarithmic("δ and σ", LOWEST, HIGHEST))
         .with_title("as the paper computes it: five runs, bins of 0.1 d")
-        .with_legend(Corner::TopRight)
+        .with_legend(Corner::BottomLeft)
         .line("2 %", colors::INK, Mark::Dashed, [(0.0, LINE), (densest, LINE)]);
     let palettes = [[colors::BLUE, colors::VERMILION], [colors::GREEN, colors::PURPLE]];
     for (outcome, [first, second]) in outcomes.iter().zip(palettes) {
@@ -83,9 +83,9 @@ fn papers_measures(outcomes: &[&Outcome], densest: f64) -> Panel {
 
 fn modern(outcomes: &[&Outcome], densest: f64) -> Panel {
     let mut panel =
-        Panel::new(RIGHT, packing(densest), Axis::new("P/(nTZ) − 1, %", -2.5, 2.5).with_numbers(10))
+        Panel::new(RIGHT, packing(densest), Axis::new("P/(nTZ) − 1, %", -4.0, 5.0).with_numbers(9))
             .with_title("signs, error bars, ranges of height")
-            .with_legend(Corner::BottomLeft);
+            .with_legend(Corner::TopRight);
     for line in [-100.0 * LINE, 100.0 * LINE] {
         panel = panel.line("", colors::INK, Mark::Dashed, [(0.0, line), (densest, line)]);
     }
@@ -118,7 +118,11 @@ fn modern(outcomes: &[&Outcome], densest: f64) -> Panel {
                 .collect()
         };
         let [rings, dots]: [RGBColor; 2] = colors;
+        let groups = outcome.case.groups.iter().zip(&outcome.nonlocal);
+        let expected =
+            groups.map(|(&group, nonlocal)| (outcome.case.mean_packing_fraction(group), 100.0 * nonlocal));
         panel = panel
+            .line("", dots, Mark::Dashed, expected)
             .points(
                 &format!("Carnahan-Starling{name}"),
                 rings,

@@ -42,6 +42,9 @@ struct Arguments {
     /// Divides all numbers of sweeps, to try the program out: the verdicts may fail then
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
     shorten: u64,
+    /// Side of the base, in diameters [default: 9; with --paper: 25]
+    #[arg(long)]
+    width: Option<f64>,
 }
 
 impl Arguments {
@@ -49,7 +52,7 @@ impl Arguments {
         let sweeps = |sweeps: u64| (sweeps / self.shorten).max(400);
         if self.paper {
             Protocol {
-                width: 25.0,
+                width: self.width.unwrap_or(25.0),
                 replicas: 2,
                 equilibration: sweeps(2000),
                 sweeps: sweeps(6000),
@@ -58,7 +61,7 @@ impl Arguments {
             }
         } else {
             Protocol {
-                width: 9.0,
+                width: self.width.unwrap_or(9.0),
                 replicas: 2,
                 equilibration: sweeps(1500),
                 sweeps: sweeps(3500),

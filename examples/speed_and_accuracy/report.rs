@@ -54,7 +54,7 @@ pub(crate) fn time(seconds: Option<f64>) -> String {
 }
 
 fn percent(value: f64) -> String {
-    format!("{:.2}", 100.0 * value)
+    if value.is_nan() { "-".to_owned() } else { format!("{:.2}", 100.0 * value) }
 }
 
 /// Every way on one thread: times to 1 % and to 0.3 %, and its last point.
@@ -289,7 +289,8 @@ pub(crate) fn write_points(all: &[Data<'_>], path: &Path) -> Result<(), Failure>
             ];
             for of in parts {
                 record.push(format!("{:.4e}", of(errors)));
-                record.push(claims.map_or(String::new(), |claims| format!("{:.4e}", of(claims))));
+                let claim = claims.map(of).filter(|claim| !claim.is_nan());
+                record.push(claim.map_or(String::new(), |claim| format!("{claim:.4e}")));
             }
             record.extend(
                 Quantity::BOTH.map(|quantity| point.is_over_confident(quantity, data.reference).to_string()),

@@ -1,5 +1,6 @@
 //! The ways without a simulation.
 
+use crate::column::particles;
 use crate::common::Failure;
 use crate::common::accuracy::BIN_HEIGHT;
 use crate::common::clock::cpu_seconds;
@@ -11,7 +12,8 @@ use gradient_mc::equation_of_state::{
     CarnahanStarling, EquationOfState, FluidSolid, IdealGas, ModifiedKolafa, PercusYevickCompressibility,
     PercusYevickVirial, SpeedySolid, VirialSeries,
 };
-use gradient_mc::{Error, HydrostaticProfile, Hydrostatics, Slab};
+use gradient_mc::model::Model;
+use gradient_mc::{Error, HydrostaticProfile, Hydrostatics, Scene, Slab};
 
 /// A theory that has no result, and why.
 #[derive(Debug)]
@@ -41,13 +43,14 @@ pub(crate) fn points(
         ("fluid and solid", &fluid_solid),
         ("Speedy's solid", &SpeedySolid),
     ];
+    let claims = Claims::new(system, slab)?;
     let mut points = Vec::new();
     let mut add = |name: String, walls: bool, solve: &dyn Fn() -> Result<Profile, Error>| {
         let point = |(seconds, profile): (f64, Profile)| Point {
             way: Way::Theory { name: name.clone(), walls },
             seconds,
             errors: profile.errors(&reference.profile),
-            claims: claims(system, &name, walls),
+            claims: claims.of(&name, walls),
         };
         match timed(solve) {
             Ok(timed) => points.push(point(timed)),
@@ -64,10 +67,45 @@ pub(crate) fn points(
     Ok(points)
 }
 
-/// What is claimed of a theory's errors. Nothing in the library claims anything yet: whatever does belongs here, and
-/// over-confidence of theories is then marked and listed as that of simulations is.
-fn claims(_system: System, _name: &str, _walls: bool) -> Option<Errors> {
-    None
+/// What [`Scene::model_for`] expects of the theories that it considers.
+struct Claims {
+    ideal_gas: Option<Errors>,
+    /// Between walls, with the equation of state of fluid and solid, whose fluid is the modified Kolafa equation.
+    hydrostatics: Option<Errors>,
+}
+
+impl Claims {
+    fn new(system: System, slab: Slab) -> Result<Self, Failure> {
+        let scene = Scene::new(slab, particles(slab.widths()[0]), system.field()?, system.temperature()?)?;
+        // What it expects does not depend on the tolerance.
+        let choice = scene.model_for(0.01)?;
+        let (mut ideal_gas, mut hydrostatics) = (None, None);
+        for rung in choice.rungs() {
+            // P is said to be no further off in a uniform field; of the rest nothing is said.
+            let pressure = if system.field_rate() > 0.0 { f64::NAN } else { rung.expected_error };
+            let claim = Errors {
+                misplaced: rung.expected_error,
+                pressure,
+                bulk_density: f64::NAN,
+                bulk_pressure: f64::NAN,
+                center_of_mass: f64::NAN,
+            };
+            match rung.model {
+                Model::IdealGas(_) => ideal_gas = Some(claim),
+                Model::Hydrostatics(_) => hydrostatics = Some(claim),
+                _ => {}
+            }
+        }
+        Ok(Self { ideal_gas, hydrostatics })
+    }
+
+    fn of(&self, name: &str, walls: bool) -> Option<Errors> {
+        match (name, walls) {
+            ("ideal gas, closed form", _) => self.ideal_gas,
+            ("hydrostatics, modified Kolafa" | "hydrostatics, fluid and solid", true) => self.hydrostatics,
+            _ => None,
+        }
+    }
 }
 
 /// A profile in bins.

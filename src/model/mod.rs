@@ -10,7 +10,7 @@
 //! | [`MonteCarloPlan`] | counting noise, a finite base | as 1/error² |
 //!
 //! The error of a model is its [`misplaced_fraction`]: ½ ∫ |n′ − n| dx over N/A, with n averaged over bins one diameter high. In a
-//! uniform field P(x) is no further off, relative to the base pressure. How the estimates were made, and how well they do on scenes that they
+//! uniform field P(x) at the edges of these bins is no further off, relative to the base pressure. How the estimates were made, and how well they do on scenes that they
 //! have not seen, is said in `docs/models.md`.
 
 mod choice;

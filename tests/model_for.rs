@@ -237,28 +237,22 @@ fn forty_unseen_scenes() {
 
 #[test]
 fn a_column_that_freezes_is_not_promised_anything() {
-    let (mut frozen, mut refused) = (0, 0);
+    let mut frozen = 0;
     for HeldOut { parameters, tolerance } in HeldOut::draw(500) {
         if !parameters.freezes().unwrap() {
             continue;
         }
+        frozen += 1;
         let (particles, side) = Parameters::WIDE;
-        let choice = parameters.scene(particles, side).and_then(|scene| scene.model_for(tolerance));
-        match choice {
-            Ok(choice) => {
-                frozen += 1;
-                assert!(!choice.is_adequate(), "{choice}");
-                let says_so = |reason: &Reason| matches!(reason, Reason::Freezing { .. });
-                assert!(choice.best().reasons.iter().any(says_so));
-                assert!(choice.to_string().contains("the column freezes between"), "{choice}");
-            }
-            // The solver gives up on some: nothing is promised either.
-            Err(Error::HydrostaticsNotConverged { .. }) => refused += 1,
-            Err(error) => panic!("{parameters:?}: {error}"),
-        }
+        let choice = parameters.scene(particles, side).unwrap().model_for(tolerance);
+        let choice = choice.unwrap_or_else(|error| panic!("{parameters:?}: {error}"));
+        assert!(!choice.is_adequate(), "{choice}");
+        let says_so = |reason: &Reason| matches!(reason, Reason::Freezing { .. });
+        assert!(choice.best().reasons.iter().any(says_so));
+        assert!(choice.to_string().contains("the column freezes between"), "{choice}");
     }
-    println!("{frozen} columns that freeze, {refused} beyond the solver");
-    assert!(frozen >= 8 && refused <= frozen / 4, "{frozen} {refused}");
+    println!("{frozen} columns that freeze");
+    assert!(frozen >= 8, "{frozen}");
 }
 
 #[test]

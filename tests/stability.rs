@@ -10,7 +10,7 @@ use gradient_mc::drive::{
     SelfConsistent,
 };
 use gradient_mc::equation_of_state::{
-    CarnahanStarling, EquationOfState, IdealGas, ModifiedKolafa, PercusYevickCompressibility,
+    CarnahanStarling, EquationOfState, FluidSolid, IdealGas, ModifiedKolafa, PercusYevickCompressibility,
     PercusYevickVirial,
 };
 use gradient_mc::field::{ExponentialField, FieldFn, UniformField};
@@ -198,6 +198,17 @@ fn columns_that_freeze() {
     for said in [&above, &below] {
         said.must(metastable).must(|warning| matches!(warning, Warning::BoxIncommensurate { .. }));
     }
+    // The solver finds the front between fluid and solid, also where ln P falls by less than its rounding over the narrowest panel.
+    for rate in [0.02, 0.07, 0.1, 0.2] {
+        let column = Hydrostatics::new(
+            ExponentialField::new(rate).unwrap(),
+            Isothermal::new(20.0).unwrap(),
+            FluidSolid::default(),
+        );
+        let profile = column.between_walls(&Slab::new(140.0, 5.0, 5.0).unwrap(), 40.0).unwrap();
+        assert!((profile.column_density() - 40.0).abs() < 1e-9, "{rate}: {}", profile.column_density());
+        assert_eq!(profile.base_packing_fraction() > 0.54, rate > 0.05, "{rate}");
+    }
     // A field that grows with height, and a temperature that falls.
     let field = ExponentialField::new(0.25).unwrap();
     let field = scene(60.0, 5.0, field, Isothermal::new(6.0).unwrap());
@@ -377,6 +388,7 @@ fn starts_that_do_not_fit() {
         "{failed:?}"
     );
     Simulation::builder(place(0.9)).start(Compact).build().unwrap();
+    Simulation::builder(place(0.9)).start(Theory).build().unwrap();
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! Figure 4: the layers at the base; inset: the lateral radial distribution of the first.
 
 use super::layers::of_theory;
-use super::protocol::{DRAWN, TEMPERATURES};
+use super::protocol::DRAWN;
 use super::report::{Report, WHOLE, color_of};
 use super::state::State;
 use crate::common::Failure;
@@ -9,24 +9,25 @@ use crate::common::figure::{Axis, Figure, Mark, Panel, Place, Point, colors};
 use gradient_mc::observers::{Layer, RadialDistributionPoint};
 use gradient_mc::statistics::Estimate;
 
-/// The densest column, of which the paper shows g(r).
-const DENSEST: f64 = TEMPERATURES[0];
+/// The temperature at which the paper counts five layers, and of which it shows g(r).
+const DENSEST: f64 = 5.0;
 /// Beyond this distance a liquid has forgotten the sphere at the middle.
 const FAR: f64 = 4.0;
 
 pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Failure> {
     let drawn: Vec<&State<'_>> = states.iter().filter(|state| DRAWN.contains(&state.temperature)).collect();
-    let densest = states.iter().find(|state| state.temperature == DENSEST).ok_or("no densest column")?;
+    let densest = states.first().ok_or("no column")?;
     let radial = densest.first_layer.points()?;
-    let figure = Figure::new("Layers at the base").panel(layers(&drawn)).panel(inset(&radial));
+    let figure =
+        Figure::new("Layers at the base").panel(layers(&drawn)).panel(inset(densest.temperature, &radial));
     report.picture(
         "figure_04",
         &figure,
         "Number density near the base in bins of 0.1 d: five clear layers at T₀ = 5, fewer at higher temperatures. Inset: lateral \
          radial distribution of the spheres in the lowest bin at T₀ = 5, that of a liquid.",
     )?;
-    write_tables(states, &radial, report)?;
-    claims(states, &radial, report);
+    write_tables(states, densest.temperature, &radial, report)?;
+    claims(states, densest.temperature, &radial, report);
     Ok(())
 }
 
@@ -52,7 +53,8 @@ fn layers(states: &[&State<'_>]) -> Panel {
     panel
 }
 
-fn inset(radial: &[RadialDistributionPoint]) -> Panel {
+/// The temperature is 5, unless the command line leaves that out.
+fn inset(temperature: f64, radial: &[RadialDistributionPoint]) -> Panel {
     let place = Place { left: 0.42, top: 0.09, width: 0.56, height: 0.5 };
     let end = radial.last().map_or(6.0, |point| libm::ceil(point.distance));
     let points = radial.iter().map(|point| Point {
@@ -62,22 +64,24 @@ fn inset(radial: &[RadialDistributionPoint]) -> Panel {
     });
     Panel::new(
         place,
-        Axis::new("lateral distance r / d, first layer at T₀ = 5", 0.0, end).with_numbers(7),
+        Axis::new(&format!("lateral distance r / d, first layer at T₀ = {temperature}"), 0.0, end)
+            .with_numbers(7),
         Axis::new("g(r)", 0.0, 4.0).with_numbers(5),
     )
     .inset()
     .line("", colors::GREY, Mark::Dashed, [(0.0, 1.0), (end, 1.0)])
     .line(
         "",
-        color_of(DENSEST),
+        color_of(temperature),
         Mark::Line,
         radial.iter().map(|point| (point.distance, point.radial_distribution.mean)),
     )
-    .points("", color_of(DENSEST), Mark::Dots, points)
+    .points("", color_of(temperature), Mark::Dots, points)
 }
 
 fn write_tables(
     states: &[State<'_>],
+    temperature: f64,
     radial: &[RadialDistributionPoint],
     report: &Report,
 ) -> Result<(), Failure> {
@@ -96,7 +100,7 @@ fn write_tables(
     )?;
     report.table(
         "figure_04_inset",
-        "lateral distance in d, of spheres between 0.5 and 0.6 at T = 5; errors are one standard error",
+        &format!("lateral distance in d, of spheres between 0.5 and 0.6 at T = {temperature}; errors are one standard error"),
         ["distance", "radial_distribution", "radial_distribution_error"],
         radial.iter().map(|point| {
             [point.distance, point.radial_distribution.mean, point.radial_distribution.standard_error]
@@ -104,7 +108,7 @@ fn write_tables(
     )
 }
 
-fn claims(states: &[State<'_>], radial: &[RadialDistributionPoint], report: &mut Report) {
+fn claims(states: &[State<'_>], densest: f64, radial: &[RadialDistributionPoint], report: &mut Report) {
     let verdicts = &mut report.verdicts;
     let count = |state: &State<'_>| Estimate::new(state.base.clear_layers as f64, 0.0);
     for state in states {
@@ -138,7 +142,7 @@ fn claims(states: &[State<'_>], radial: &[RadialDistributionPoint], report: &mut
     let position = first.map_or(nan, |point| Estimate::new(point.distance, 0.0));
     verdicts.between(
         "4 inset",
-        "highest peak of g(r) of the first layer at T = 5, in d",
+        &format!("highest peak of g(r) of the first layer at T = {densest}, in d"),
         position,
         1.0,
         1.15,

@@ -19,7 +19,6 @@
 #[path = "../common/mod.rs"]
 mod common;
 
-mod captions;
 mod column;
 mod figure_02;
 mod figure_03;
@@ -40,7 +39,7 @@ use column::Column;
 use common::interrupt::Interrupt;
 use common::progress::Progress;
 use common::{Ending, Failure, conclude, output, replicas};
-use protocol::{Arguments, Protocol, TEMPERATURES, Task};
+use protocol::{Arguments, Protocol, Task};
 use report::Report;
 use state::State;
 use std::process::ExitCode;
@@ -78,9 +77,9 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     }
 
     let mut report = Report::new(directory);
-    let states = TEMPERATURES
-        .iter()
-        .map(|&temperature| State::new(temperature, &steady))
+    let states = arguments
+        .temperatures()
+        .map(|temperature| State::new(temperature, &steady))
         .collect::<Result<Vec<_>, _>>()?;
     figure_02::report(&states, &steady, &falling, &mut report)?;
     figure_03::report(&states, &mut report)?;
@@ -94,8 +93,8 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let fell: f64 = falling.iter().map(|column| column.busy).sum();
     println!("\n{}", report.verdicts);
     println!(
-        "{busy:.0} CPU s for the steady columns, {fell:.0} for the fall by the paper's moves; {:.0} s on {} threads. Errors are one \
-         standard error.\nwritten to {}",
+        "{busy:.0} CPU s for the columns that are measured{}; {:.0} s on {} threads. Errors are one standard error.\nwritten to {}",
+        if fell > 0.0 { format!(", {fell:.0} for the fall by the paper's moves") } else { String::new() },
         started.elapsed().as_secs_f64(),
         replicas::thread_count(arguments.shared.threads),
         report.directory.display()

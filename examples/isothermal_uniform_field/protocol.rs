@@ -26,6 +26,27 @@ pub(crate) struct Arguments {
     /// With --paper: another side of the base, 4 to 100 diameters; the time goes with its square
     #[arg(long, default_value_t = 25.0, value_parser = width, requires = "paper")]
     pub(crate) width: f64,
+
+    /// With --paper: this temperature, 5, 15, 20 or 30, and no other; may be given several times
+    #[arg(long = "temperature", value_parser = temperature, requires = "paper")]
+    pub(crate) temperatures: Vec<f64>,
+}
+
+impl Arguments {
+    /// What is simulated, the densest first.
+    pub(crate) fn temperatures(&self) -> impl Iterator<Item = f64> {
+        TEMPERATURES
+            .into_iter()
+            .filter(|known| self.temperatures.is_empty() || self.temperatures.contains(known))
+    }
+}
+
+fn temperature(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(temperature) if TEMPERATURES.contains(&temperature) => Ok(temperature),
+        Ok(_) => Err("take 5, 15, 20 or 30".into()),
+        Err(error) => Err(format!("{error}")),
+    }
 }
 
 fn effort(text: &str) -> Result<f64, String> {
@@ -179,7 +200,7 @@ impl Protocol {
         };
         let mut steady = Vec::new();
         let mut falling = Vec::new();
-        for temperature in TEMPERATURES {
+        for temperature in arguments.temperatures() {
             if arguments.paper {
                 steady.push(Task { temperature, ..base });
             } else {
@@ -192,8 +213,8 @@ impl Protocol {
                     // The paper's moves take the longest where the column is highest.
                     let sweeps = match temperature {
                         5.0 => 200_000.0,
-                        15.0 => 250_000.0,
-                        _ => 400_000.0,
+                        15.0 => 220_000.0,
+                        _ => 320_000.0,
                     };
                     falling.push(Task {
                         temperature,
@@ -209,9 +230,9 @@ impl Protocol {
         let widest = steady.iter().map(|task| task.width).fold(0.0, f64::max);
         for task in steady.iter_mut().filter(|task| task.width == widest) {
             task.layers = scaled(match task.temperature {
-                15.0 => 12_000.0,
-                20.0 => 8000.0,
-                _ => 10_000.0,
+                5.0 => 16_000.0,
+                15.0 => 15_000.0,
+                _ => 12_000.0,
             });
             if task.side == Side::Above && [5.0, 20.0].contains(&task.temperature) {
                 task.mobility = scaled(3000.0);
@@ -227,10 +248,10 @@ impl Protocol {
     /// A column by our moves: chains where the base is dense, so long that both plateaus are known.
     fn column(temperature: f64, base: Task, scaled: &impl Fn(f64) -> u64) -> Task {
         let (family, equilibration, production) = match temperature {
-            5.0 => (Family::Chains, 2000.0, 5000.0),
-            15.0 => (Family::Tuned, 3000.0, 8000.0),
-            20.0 => (Family::Tuned, 2000.0, 7000.0),
-            _ => (Family::Tuned, 1000.0, 9000.0),
+            5.0 => (Family::Chains, 1500.0, 3500.0),
+            15.0 => (Family::Tuned, 3000.0, 6000.0),
+            20.0 => (Family::Tuned, 2000.0, 5000.0),
+            _ => (Family::Tuned, 1000.0, 7000.0),
         };
         let (equilibration, production) = (scaled(equilibration), scaled(production));
         Task { temperature, family, equilibration, production, interval: 5, ..base }

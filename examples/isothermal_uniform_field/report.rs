@@ -1,31 +1,32 @@
 //! What all figures have in common: where they go, and what they claim.
 
-use super::captions::Captions;
 use super::protocol::TEMPERATURES;
 use crate::common::Failure;
+use crate::common::captions::write_captions;
 use crate::common::figure::{Figure, Place, colors};
 use crate::common::output::write_csv;
 use crate::common::verdict::Verdicts;
 use plotters::style::RGBColor;
 use std::path::PathBuf;
 
-/// Files, captions and verdicts of one run.
+/// Pictures, captions and verdicts of one run.
 #[derive(Debug)]
 pub(crate) struct Report {
     pub(crate) directory: PathBuf,
     pub(crate) verdicts: Verdicts,
-    pub(crate) captions: Captions,
+    /// Files of pictures, with their captions.
+    captions: Vec<(String, String)>,
 }
 
 impl Report {
     pub(crate) fn new(directory: PathBuf) -> Self {
-        Self { directory, verdicts: Verdicts::new(), captions: Captions::default() }
+        Self { directory, verdicts: Verdicts::new(), captions: Vec::new() }
     }
 
     /// Saves a picture under this name and notes its caption.
     pub(crate) fn picture(&mut self, name: &str, figure: &Figure, caption: &str) -> Result<(), Failure> {
         figure.save(&self.directory.join(name))?;
-        self.captions.add(&format!("{name}.png"), caption);
+        self.captions.push((format!("{name}.png"), caption.to_owned()));
         Ok(())
     }
 
@@ -41,7 +42,10 @@ impl Report {
     }
 
     pub(crate) fn finish(&self) -> Result<(), Failure> {
-        self.captions.write_csv(&self.directory)?;
+        write_captions(
+            &self.directory,
+            self.captions.iter().map(|(file, caption)| (file.as_str(), caption.clone())),
+        )?;
         self.verdicts.write_csv(&self.directory)
     }
 }

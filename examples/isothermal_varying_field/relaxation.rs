@@ -7,7 +7,6 @@ use crate::common::Failure;
 use crate::common::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use crate::common::output::write_csv;
 use crate::common::verdict::Verdicts;
-use gradient_mc::Error;
 use gradient_mc::observers::CenterOfMass;
 use gradient_mc::statistics::Estimate;
 use std::path::Path;
@@ -57,16 +56,11 @@ fn thinned(series: &CenterOfMass, least: f64) -> impl Iterator<Item = (f64, f64)
 /// Plateaus against α.
 fn inset(results: &Results) -> Result<Panel, Failure> {
     let base = results.fluids.first().ok_or("no fluid column")?.column.base;
-    let mut theory = Vec::new();
-    for step in 0..=40 {
+    let theory = (0..=40).map(|step| {
         let rate = 0.1 * f64::from(step) / 40.0;
-        match frozen_theory(Column { rate, base }) {
-            Ok(theory_profile) => theory.push((rate, theory_profile.center_of_mass())),
-            // Where freezing begins right at the base, the jump of n is too near to it for the solver.
-            Err(failure) if is_not_converged(&failure) => {}
-            Err(failure) => return Err(failure),
-        }
-    }
+        Ok((rate, frozen_theory(Column { rate, base })?.center_of_mass()))
+    });
+    let theory = theory.collect::<Result<Vec<_>, Failure>>()?;
     let simulated = results.fluids.iter().map(|fluid| point(fluid.column.rate, fluid.plateau));
     let frozen = results.crystals.iter().map(|crystal| Ok(point(0.1, crystal.center_of_mass.estimate()?)));
     Ok(Panel::new(
@@ -79,10 +73,6 @@ fn inset(results: &Results) -> Result<Panel, Failure> {
     .line("theory", colors::INK, Mark::Line, theory)
     .points("fluid", colors::BLUE, Mark::Points, simulated)
     .points("crystal", colors::VERMILION, Mark::Rings, frozen.collect::<Result<Vec<_>, Failure>>()?))
-}
-
-fn is_not_converged(failure: &Failure) -> bool {
-    matches!(failure.downcast_ref(), Some(Error::HydrostaticsNotConverged { .. }))
 }
 
 fn point(x: f64, estimate: Estimate) -> Point {

@@ -59,6 +59,9 @@ pub(crate) fn fields() -> Map {
         map.add("from below", rate, move |seed| {
             isothermal(ExponentialField::new(rate)?, 20.0, Compact, 140.0, seed)
         });
+        map.add("theory start", rate, move |seed| {
+            isothermal(ExponentialField::new(rate)?, 20.0, Theory, 140.0, seed)
+        });
     }
     map
 }

@@ -22,6 +22,8 @@ const LOGARITHM_OF_NOTHING: f64 = 690.0;
 const HIGHEST_CLIMB: f64 = 1e9;
 /// At [`HIGHEST_CLIMB`] a column counts as held if ln P has fallen this far.
 const DROP_THAT_COUNTS_AS_HELD: f64 = 60.0;
+/// Rounding widths up to which a panel without a fall of ln P is no feature of the scene: still 1e-11 of the height.
+const MOST_STAGNANT: f64 = 1024.0;
 /// More panels than this are a scene beyond the solver.
 const MOST_PANELS: usize = 20_000;
 /// Outside this range of ln(P/T) the gas is ideal to rounding, or the number is out of range.
@@ -129,7 +131,8 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
         let mut guess = None;
         // What the last attempt asks of the next: its width, and the tail it could not shorten.
         let (mut width, mut rejected_tail) = (f64::INFINITY, f64::INFINITY);
-        // Panels over which ln P cannot fall for rounding would go on for ever just before a jump that it is to cross.
+        // Panels so narrow that the fall of ln P is lost in rounding would go on for ever just before a jump that it is to cross:
+        // the next may be wider, and hold the jump.
         let mut stagnant = 0.0;
         let mut attempts = 0;
         loop {
@@ -156,8 +159,8 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
                 Some(lid) if height + 1.001 * width >= lid => lid,
                 _ => height + width,
             };
-            let narrowest = f64::max(stagnant, 64.0 * f64::EPSILON * end.abs().max(height.abs()).max(1.0));
-            let at_limit = end - height <= narrowest;
+            let rounding = 64.0 * f64::EPSILON * end.abs().max(height.abs()).max(1.0);
+            let at_limit = end - height <= f64::max(stagnant, rounding);
             let trial = match self.trial(height, end, ln_pressure, guess) {
                 Ok(trial) => trial,
                 // The iteration may have strayed where the true solution does not go.
@@ -191,7 +194,8 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
             let growth = if halved { 1.0 } else { 4.0 };
             let slope = drop / (end - height);
             width = (growth * (end - height)).min(LARGEST_DROP / slope.max(1e-300));
-            stagnant = if at_limit && drop == 0.0 { 4.0 * (end - height) } else { 0.0 };
+            let lost = drop == 0.0 && end - height <= MOST_STAGNANT * rounding;
+            stagnant = if lost { 4.0 * (end - height) } else { 0.0 };
             rejected_tail = f64::INFINITY;
             height = end;
             ln_pressure = trial.ln_pressure_at_end;

@@ -58,7 +58,7 @@ impl Arguments {
     }
 
     fn ours(&self, number: u64) -> Plan {
-        Plan::Ours { number, equilibration: self.sweeps(1800), sweeps: self.sweeps(4200) }
+        Plan::Ours { number, equilibration: self.sweeps(1600), sweeps: self.sweeps(3300) }
     }
 
     /// The paper's runs of a case.

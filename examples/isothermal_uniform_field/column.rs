@@ -24,6 +24,8 @@ pub(crate) const FINE_BIN_WIDTH: f64 = 0.01;
 pub(crate) const FINE_RANGE: [f64; 2] = [0.5, 3.5];
 /// The base in the paper's bins.
 const BASE_RANGE: [f64; 2] = [0.5, 8.5];
+/// Branches in which the base is measured.
+const ROUNDS: u64 = 32;
 /// Sweeps of small local moves between two looks at the base, and at the order in its first layer.
 const LAYERS_INTERVAL: u64 = 5;
 const FIRST_LAYER_INTERVAL: u64 = 20;
@@ -46,22 +48,25 @@ pub(crate) struct Column {
     pub(crate) busy: f64,
 }
 
-/// The base, measured while small local moves went on from the steady state: structure changes by small displacements, and what
-/// moves a column as a whole hardly changes it.
+/// The base, measured in branches by small local moves that leave the steady state of the column's own moves at equal distances.
+///
+/// Small displacements renew the structure of a layer soonest, but hardly move the column as a whole, on whose height the base
+/// depends: in one long run of them the base would keep the height that it began with, and its error bars would not tell.
 pub(crate) struct Layers {
-    pub(crate) base: DensityProfile,
-    pub(crate) fine: DensityProfile,
-    pub(crate) first_layer: RadialDistribution,
+    pub(crate) base: Every<DensityProfile>,
+    pub(crate) fine: Every<DensityProfile>,
+    pub(crate) first_layer: Every<RadialDistribution>,
 }
 
 impl Layers {
     fn new(task: &Task, slab: &Slab) -> Result<Self, Failure> {
         let [layer_low, layer_high] = FIRST_LAYER;
         let radial_bins = bins(0.5 * task.width, RADIAL_BIN_WIDTH);
+        let first_layer = RadialDistribution::new(slab, layer_low, layer_high, radial_bins)?;
         Ok(Self {
-            base: base(slab, BASE_RANGE, layers::BIN_WIDTH)?,
-            fine: base(slab, FINE_RANGE, FINE_BIN_WIDTH)?,
-            first_layer: RadialDistribution::new(slab, layer_low, layer_high, radial_bins)?,
+            base: Every::new(LAYERS_INTERVAL, base(slab, BASE_RANGE, layers::BIN_WIDTH)?),
+            fine: Every::new(LAYERS_INTERVAL, base(slab, FINE_RANGE, FINE_BIN_WIDTH)?),
+            first_layer: Every::new(FIRST_LAYER_INTERVAL, first_layer),
         })
     }
 }
@@ -88,6 +93,11 @@ fn bins(range: f64, width: f64) -> usize {
     bins
 }
 
+/// The sweeps of one round, of all.
+fn share(sweeps: u64, round: u64) -> u64 {
+    sweeps * (round + 1) / ROUNDS - sweeps * round / ROUNDS
+}
+
 /// Simulates a column.
 pub(crate) fn simulate(task: Task, interrupt: &Interrupt, progress: &Progress) -> Result<Column, Failure> {
     let started = cpu_seconds();
@@ -110,31 +120,23 @@ pub(crate) fn simulate(task: Task, interrupt: &Interrupt, progress: &Progress) -
         progress.advance(sweeps * task.cost_of_sweep());
         simulation.equilibrate(sweeps, &mut center_of_mass)
     })?;
-    in_chunks(task.production, interrupt, &hidden, |sweeps| {
-        progress.advance(sweeps * task.cost_of_sweep());
-        simulation.run(sweeps, &mut (&mut center_of_mass, &mut profile, &mut by_own_moves))
-    })?;
-
-    let layers = if task.layers > 0 {
-        let start = Positions(simulation.positions());
-        let moves = LocalMoves::new(task.small_displacement(), &slab)?;
-        let mut simulation =
-            Simulation::builder(scene).moves(moves).seed(task.seed ^ (1 << 40)).start(start).build()?;
-        let Layers { base, fine, first_layer } = Layers::new(&task, &slab)?;
-        let mut observers = (
-            Every::new(LAYERS_INTERVAL, base),
-            Every::new(LAYERS_INTERVAL, fine),
-            Every::new(FIRST_LAYER_INTERVAL, first_layer),
-        );
-        in_chunks(task.layers, interrupt, &hidden, |sweeps| {
-            progress.advance(sweeps * task.particles() as u64);
-            simulation.run(sweeps, &mut observers)
+    let mut layers = if task.layers > 0 { Some(Layers::new(&task, &slab)?) } else { None };
+    for round in 0..ROUNDS {
+        in_chunks(share(task.production, round), interrupt, &hidden, |sweeps| {
+            progress.advance(sweeps * task.cost_of_sweep());
+            simulation.run(sweeps, &mut (&mut center_of_mass, &mut profile, &mut by_own_moves))
         })?;
-        let (base, fine, first_layer) = observers;
-        Some(Layers { base: base.observer, fine: fine.observer, first_layer: first_layer.observer })
-    } else {
-        None
-    };
+        if let Some(layers) = &mut layers {
+            let start = Positions(simulation.positions());
+            let moves = LocalMoves::new(task.small_displacement(), &slab)?;
+            let builder = Simulation::builder(scene).moves(moves).seed(task.seed ^ ((1 + round) << 40));
+            let mut branch = builder.start(start).build()?;
+            in_chunks(share(task.layers, round), interrupt, &hidden, |sweeps| {
+                progress.advance(sweeps * task.particles() as u64);
+                branch.run(sweeps, &mut (&mut layers.base, &mut layers.fine, &mut layers.first_layer))
+            })?;
+        }
+    }
     let mobility = if task.mobility > 0 {
         // The paper's moves in the steady state that ours have reached.
         let start = Positions(simulation.positions());

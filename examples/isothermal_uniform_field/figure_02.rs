@@ -34,7 +34,7 @@ pub(crate) fn report(
         .iter()
         .filter(|column| DRAWN.contains(&column.task.temperature) && column.task.width == widest(steady))
         .collect();
-    let figure = Figure::new("Fall of the centre of mass to its plateau, N/A = 40, H = 400")
+    let figure = Figure::new("Figure 2: fall of the centre of mass to its plateau, N/A = 40, H = 400")
         .panel(linear(&falling, states))
         .panel(inset(states)?)
         .panel(logarithmic(&falling, &ours, states));

@@ -25,13 +25,13 @@ pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Fa
     let drawn = || states.iter().filter(|state| DRAWN.contains(&state.temperature));
     report.picture(
         "figure_03a",
-        &Figure::new("Number density against height at steady state").panel(linear(drawn())?),
+        &Figure::new("Figure 3a: number density against height at steady state").panel(linear(drawn())?),
         "Number density against height for three temperatures; lines are hydrostatics between walls with the modified \
          Kolafa-Labík-Malijevský equation. Bins of 0.5 d, some of them; the layers at the base are in figure 4.",
     )?;
     report.picture(
         "figure_03b",
-        &Figure::new("Number density against height, logarithmic").panel(logarithmic(drawn())?),
+        &Figure::new("Figure 3b: number density against height, logarithmic").panel(logarithmic(drawn())?),
         "The same on a logarithmic scale. Full lines: the ideal gas of the same chemical potential, which every column becomes \
          at its top. Dashed: the theory of figure 3a.",
     )?;

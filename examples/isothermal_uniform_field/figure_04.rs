@@ -18,8 +18,9 @@ pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Fa
     let drawn: Vec<&State<'_>> = states.iter().filter(|state| DRAWN.contains(&state.temperature)).collect();
     let densest = states.first().ok_or("no column")?;
     let radial = densest.first_layer.points()?;
-    let figure =
-        Figure::new("Layers at the base").panel(layers(&drawn)).panel(inset(densest.temperature, &radial));
+    let figure = Figure::new("Figure 4: layers at the base")
+        .panel(layers(&drawn))
+        .panel(inset(densest.temperature, &radial));
     report.picture(
         "figure_04",
         &figure,
@@ -66,7 +67,7 @@ fn inset(temperature: f64, radial: &[RadialDistributionPoint]) -> Panel {
         place,
         Axis::new(&format!("lateral distance r / d, first layer at T₀ = {temperature}"), 0.0, end)
             .with_numbers(7),
-        Axis::new("g(r)", 0.0, 4.0).with_numbers(5),
+        Axis::new("g(r)", 0.0, 5.0).with_numbers(6),
     )
     .inset()
     .line("", colors::GREY, Mark::Dashed, [(0.0, 1.0), (end, 1.0)])

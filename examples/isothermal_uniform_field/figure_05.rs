@@ -22,7 +22,7 @@ pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Fa
             measured.push(Mobility { state, points: mobility.points()? });
         }
     }
-    let figure = Figure::new("Mean length of accepted displacements, S = 0.75")
+    let figure = Figure::new("Figure 5: mean length of accepted displacements, S = 0.75")
         .panel(against_height(&measured))
         .panel(against_packing(&measured));
     report.picture(

@@ -36,7 +36,7 @@ pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Fa
         points.push((state, state.profile.points()?.into_iter().filter(bulk).collect::<Vec<_>>()));
         groups.push((state, in_groups(state)?));
     }
-    let figure = Figure::new("Equation of state from the columns: P/T₀ against packing fraction")
+    let figure = Figure::new("Figure 6: equation of state from the columns: P/T₀ against packing fraction")
         .panel(equation_of_state(&points))
         .panel(deviation(&groups));
     report.picture(

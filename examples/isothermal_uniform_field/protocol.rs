@@ -212,8 +212,8 @@ impl Protocol {
                 if DRAWN.contains(&temperature) {
                     // The paper's moves take the longest where the column is highest.
                     let sweeps = match temperature {
-                        5.0 => 200_000.0,
-                        15.0 => 220_000.0,
+                        5.0 => 150_000.0,
+                        15.0 => 190_000.0,
                         _ => 320_000.0,
                     };
                     falling.push(Task {
@@ -230,9 +230,8 @@ impl Protocol {
         let widest = steady.iter().map(|task| task.width).fold(0.0, f64::max);
         for task in steady.iter_mut().filter(|task| task.width == widest) {
             task.layers = scaled(match task.temperature {
-                5.0 => 16_000.0,
-                15.0 => 15_000.0,
-                _ => 12_000.0,
+                5.0 | 15.0 => 13_000.0,
+                _ => 11_000.0,
             });
             if task.side == Side::Above && [5.0, 20.0].contains(&task.temperature) {
                 task.mobility = scaled(3000.0);

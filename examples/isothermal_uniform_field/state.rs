@@ -38,14 +38,14 @@ impl<'a> State<'a> {
         let layers = first.layers.as_ref().ok_or(missing)?;
         let (mut profile, mut by_own_moves) = (first.profile.clone(), first.by_own_moves.clone());
         let (mut base, mut fine, mut first_layer) =
-            (layers.base.clone(), layers.fine.clone(), layers.first_layer.clone());
+            (layers.base.observer.clone(), layers.fine.observer.clone(), layers.first_layer.observer.clone());
         for column in wide {
             let layers = column.layers.as_ref().ok_or(missing)?;
             profile.merge(&column.profile)?;
             by_own_moves.merge(&column.by_own_moves)?;
-            base.merge(&layers.base)?;
-            fine.merge(&layers.fine)?;
-            first_layer.merge(&layers.first_layer)?;
+            base.merge(&layers.base.observer)?;
+            fine.merge(&layers.fine.observer)?;
+            first_layer.merge(&layers.first_layer.observer)?;
         }
         let response = pooled(columns.iter().copied(), |column| {
             let variance = column.steady().variance()?;

@@ -9,6 +9,9 @@ use crate::common::verdict::Verdicts;
 use gradient_mc::statistics::Estimate;
 use std::path::Path;
 
+/// Width of the view from the side, in diameters.
+const WIDTH: f64 = 16.0;
+
 /// The spheres of the lowest layers of a configuration, by their places (y, z).
 fn lowest_layers(crystal: &Crystal, count: usize) -> Result<Vec<Vec<[f64; 2]>>, Failure> {
     let layers = crystal.layers()?;
@@ -42,9 +45,9 @@ fn nearest(place: [f64; 2], others: &[[f64; 2]], sides: [f64; 2]) -> f64 {
 pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
     let crystal = results.shown()?;
     let sides = crystal.base.0;
-    // As many periodic images as make the picture some 16 diameters wide.
+    // As many periodic images as make the picture wide.
     let images =
-        |side: f64| (0..40).map(move |image| f64::from(image) * side).take_while(|start| *start < 16.0);
+        |side: f64| (0..40).map(move |image| f64::from(image) * side).take_while(|start| *start < WIDTH);
     let dot = |x: f64, y: f64| Point { x, y, error: 0.0 };
     let side_view = crystal
         .positions
@@ -52,11 +55,15 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
         .flat_map(|position| images(sides[0]).map(move |shift| dot(position.y + shift, position.x)));
     let side = Panel::new(
         Place { left: 0.0, top: 0.06, width: 0.5, height: 0.94 },
-        Axis::new("y / d", 0.0, 16.0).with_numbers(5),
+        Axis::new("y / d", 0.0, WIDTH).with_numbers(5),
         Axis::new("height x / d", 0.0, TOP),
     )
-    .with_title("all spheres from the side, with periodic images")
-    .points("", colors::INK, Mark::Dots, side_view.filter(|point| point.x <= 16.0));
+    .with_title(if sides[0] < WIDTH {
+        "all spheres from the side, with periodic images"
+    } else {
+        "from the side, a part of the base"
+    })
+    .points("", colors::INK, Mark::Dots, side_view.filter(|point| point.x <= WIDTH));
     let layers = lowest_layers(crystal, 3)?;
     let from_above = |layer: usize| {
         let places = layers[layer].clone();

@@ -2,18 +2,18 @@
 
    Independent of the library: own start (a simple cubic lattice, which melts), overlap test, cells and random numbers.
 
-   Displacements of single spheres renew the layers soon, but the column as a whole breathes so slowly that its centre of mass has
-   few independent heights, and n at the base follows it. So the means over blocks are fitted by n = a + b (h_c - HEIGHT): a is n
-   in a column whose centre of mass is where theory has it. For each bin: low edge, high edge, a and its standard error.
+   Displacements of single spheres renew the layers soon, but the column as a whole breathes so slowly that n at the base, which
+   follows its height, is known from a run no better than from a few configurations. So the error bars are those of the mean of
+   independent runs. For each bin: low edge, high edge, n and its standard error.
 
-       cc -O2 -o layers layers_T5_monte_carlo.c -lm && ./layers SEED DISCARDED_SWEEPS MEASURED_SWEEPS HEIGHT */
+       cc -O2 -o layers layers_T5_monte_carlo.c -lm && ./layers RUNS DISCARDED_SWEEPS MEASURED_SWEEPS */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-enum { SPHERES = 2560, ACROSS = 8, UP = 150, MOST_IN_CELL = 8, ROW = 7, BINS = 36, BLOCKS = 32, INTERVAL = 5 };
+enum { SPHERES = 2560, ACROSS = 8, UP = 150, MOST_IN_CELL = 8, ROW = 7, BINS = 36, MOST_RUNS = 100, INTERVAL = 5 };
 static const double WIDTH = ACROSS, HEIGHT = UP, TEMPERATURE = 5.0, BIN = 0.1;
 
 static double position[SPHERES][3]; /* x is the height of a centre, y and z are periodic */
@@ -89,49 +89,54 @@ static void trial(void) {
     put(sphere);
 }
 
-int main(int arguments, char **argument) {
-    if (arguments != 5) fail("usage: layers SEED DISCARDED_SWEEPS MEASURED_SWEEPS HEIGHT");
-    long discarded = atol(argument[2]), measured = atol(argument[3]);
-    state[0] = 88172645463325252ULL + 77777ULL * strtoull(argument[1], NULL, 10);
-    state[1] = 1234567ULL;
-    for (int i = 0; i < 100; i++) uniform();
+static void lattice(void) {
+    double gap = WIDTH / ROW;
+    memset(count, 0, sizeof count);
     for (int sphere = 0; sphere < SPHERES; sphere++) {
-        double gap = WIDTH / ROW;
         position[sphere][0] = 0.51 + gap * (sphere / (ROW * ROW));
         position[sphere][1] = gap * (sphere % ROW);
         position[sphere][2] = gap * (sphere / ROW % ROW);
         put(sphere);
     }
-    static double inside[BLOCKS][BINS], height[BLOCKS];
-    long frames = 0;
+}
+
+/* Writes the densities of one run and returns its mean height. */
+static double run(long discarded, long measured, double *density) {
+    double height = 0.0, frames = 0.0;
+    lattice();
+    for (int bin = 0; bin < BINS; bin++) density[bin] = 0.0;
     for (long sweep = 0; sweep < discarded + measured; sweep++) {
         for (int i = 0; i < SPHERES; i++) trial();
         if (sweep < discarded || sweep % INTERVAL != 0) continue;
-        long block = (sweep - discarded) * BLOCKS / measured;
-        frames++;
+        frames += 1.0;
         for (int sphere = 0; sphere < SPHERES; sphere++) {
-            height[block] += position[sphere][0] / SPHERES;
+            height += position[sphere][0] / SPHERES;
             int bin = (int)((position[sphere][0] - 0.5) / BIN);
-            if (bin < BINS) inside[block][bin] += 1.0;
+            if (bin < BINS) density[bin] += 1.0;
         }
     }
-    double in_block = (double)frames / BLOCKS, mean_height = 0.0, spread = 0.0;
-    for (int block = 0; block < BLOCKS; block++) mean_height += (height[block] /= in_block) / BLOCKS;
-    for (int block = 0; block < BLOCKS; block++) spread += pow(height[block] - mean_height, 2.0);
-    printf("# h_c %.3f, standard deviation of blocks %.3f\n", mean_height, sqrt(spread / (BLOCKS - 1)));
-    double away = atof(argument[4]) - mean_height;
+    for (int bin = 0; bin < BINS; bin++) density[bin] /= frames * WIDTH * WIDTH * BIN;
+    return height / frames;
+}
+
+int main(int arguments, char **argument) {
+    if (arguments != 4) fail("usage: layers RUNS DISCARDED_SWEEPS MEASURED_SWEEPS");
+    int runs = atoi(argument[1]);
+    if (runs < 2 || runs > MOST_RUNS) fail("take 2 to 100 runs");
+    static double density[MOST_RUNS][BINS];
+    for (int i = 0; i < runs; i++) {
+        state[0] = 88172645463325252ULL + 77777ULL * (uint64_t)i;
+        state[1] = 1234567ULL;
+        for (int j = 0; j < 100; j++) uniform();
+        fprintf(stderr, "run %d: h_c %.3f\n", i, run(atol(argument[2]), atol(argument[3]), density[i]));
+    }
+    printf("x_lo,x_hi,n,standard_error\n");
     for (int bin = 0; bin < BINS; bin++) {
-        double mean = 0.0, product = 0.0, squares = 0.0, density[BLOCKS];
-        for (int block = 0; block < BLOCKS; block++) {
-            density[block] = inside[block][bin] / (in_block * WIDTH * WIDTH * BIN);
-            mean += density[block] / BLOCKS;
-        }
-        for (int block = 0; block < BLOCKS; block++) product += density[block] * (height[block] - mean_height);
-        double slope = product / spread;
-        for (int block = 0; block < BLOCKS; block++)
-            squares += pow(density[block] - mean - slope * (height[block] - mean_height), 2.0);
-        double error = sqrt(squares / (BLOCKS - 2) * (1.0 / BLOCKS + away * away / spread));
-        printf("%.1f,%.1f,%.4f,%.4f\n", 0.5 + BIN * bin, 0.6 + BIN * bin, mean + slope * away, error);
+        double mean = 0.0, squares = 0.0;
+        for (int i = 0; i < runs; i++) mean += density[i][bin] / runs;
+        for (int i = 0; i < runs; i++) squares += pow(density[i][bin] - mean, 2.0);
+        printf("%.1f,%.1f,%.4f,%.4f\n", 0.5 + BIN * bin, 0.6 + BIN * bin, mean,
+               sqrt(squares / runs / (runs - 1)));
     }
     return 0;
 }

@@ -111,7 +111,7 @@ fn contact(states: &[State<'_>], column: usize) -> Panel {
     Panel::new(
         place(column, true),
         Axis::new("T₀ / mgd", 0.0, 35.0).with_numbers(8),
-        Axis::new("n(0.5⁺) T₀ / weight", 0.95, 1.05).with_numbers(5),
+        Axis::new("n(0.5⁺) T₀ / weight", 0.92, 1.08).with_numbers(5),
     )
     .with_legend(Corner::TopLeft)
     .line("contact theorem", colors::INK, Mark::Line, [(0.0, 1.0), (35.0, 1.0)])

@@ -1,6 +1,8 @@
 //! Ranges of heights over which a measured column is compared with theory.
 
 use gradient_mc::HydrostaticProfile;
+use gradient_mc::observers::BinState;
+use gradient_mc::statistics::Estimate;
 
 /// The height, from `lowest` on, at which |d ln n/dx| of the theory first exceeds `steepest`, to a tenth of a diameter: a
 /// local equation of state cannot be expected to hold where ln n changes by much over a diameter.
@@ -35,4 +37,36 @@ pub(crate) fn edges_of_equal_numbers(
 /// The ranges between successive edges.
 pub(crate) fn ranges_between(edges: &[f64]) -> Vec<[f64; 2]> {
     edges.windows(2).map(|group| [group[0], group[1]]).collect()
+}
+
+/// Means of a quantity over the bins whose middles lie in ranges of heights; the states are in order.
+pub(crate) fn means_over(
+    states: &[BinState],
+    ranges: &[[f64; 2]],
+    value: impl Fn(&BinState) -> f64,
+) -> Vec<f64> {
+    let below = |height: f64| states.partition_point(|state| state.height < height);
+    let mean = |&[low, high]: &[f64; 2]| {
+        let inside = &states[below(low)..below(high)];
+        inside.iter().map(&value).sum::<f64>() / inside.len() as f64
+    };
+    ranges.iter().map(mean).collect()
+}
+
+/// The one farthest from zero, with its sign. NaN if there is none or one of them is, so that what could not be measured fails a
+/// claim.
+pub(crate) fn farthest_from_zero(values: impl IntoIterator<Item = Estimate>) -> Estimate {
+    let farthest = values.into_iter().max_by(|first, second| first.mean.abs().total_cmp(&second.mean.abs()));
+    farthest.unwrap_or(Estimate::new(f64::NAN, f64::NAN))
+}
+
+/// Without its sign.
+pub(crate) fn magnitude(Estimate { mean, standard_error, .. }: Estimate) -> Estimate {
+    Estimate::new(mean.abs(), standard_error)
+}
+
+/// The largest. NaN if there is none or one of them is, for the same reason; `f64::max` would pass over it.
+pub(crate) fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
+    let larger = |first: f64, second: f64| if first >= second || first.is_nan() { first } else { second };
+    values.into_iter().reduce(larger).unwrap_or(f64::NAN)
 }

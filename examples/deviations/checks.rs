@@ -2,6 +2,7 @@
 
 use super::case::Case;
 use super::outcome::{Analysis, Outcome};
+use crate::common::groups::{self, farthest_from_zero, magnitude};
 use crate::common::verdict::Verdicts;
 use gradient_mc::statistics::Estimate;
 
@@ -49,19 +50,19 @@ fn local(outcome: &Outcome, verdicts: &mut Verdicts) {
         [("Carnahan-Starling", &ours.carnahan_starling), ("modified Kolafa", &ours.modified_kolafa)]
     {
         let deviations = of_local(deviations);
-        let largest = Analysis::largest(&deviations);
+        let largest = magnitude(farthest_from_zero(deviations.iter().copied()));
         let claim = format!(
             "{label}: largest |P/(nTZ) − 1| of {} ranges of height where the density is local, {name}",
             deviations.len()
         );
-        verdicts.at_most(panel, &claim, Estimate::new(largest.mean.abs(), largest.standard_error), LINE);
+        verdicts.at_most(panel, &claim, largest, LINE);
     }
     let deviations = of_local(&ours.modified_kolafa);
     let claim = format!("{label}: the largest of these in standard errors, modified Kolafa");
     verdicts.at_most(panel, &claim, exact(Analysis::most_significant(&deviations)), SIGMAS);
     let errors = deviations.iter().map(|deviation| deviation.standard_error);
     let claim = format!("{label}: the largest standard error of these");
-    verdicts.at_most(panel, &claim, exact(errors.fold(0.0, f64::max)), LARGEST_ERROR);
+    verdicts.at_most(panel, &claim, exact(groups::largest(errors)), LARGEST_ERROR);
 }
 
 /// Where the density is not local, what is missed is what theory says, within the factor that its lowest order leaves open.

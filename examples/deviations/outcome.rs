@@ -3,6 +3,7 @@
 use super::case::Case;
 use super::papers::{PaperPoint, measures};
 use crate::common::Failure;
+use crate::common::groups::largest;
 use gradient_mc::equation_of_state::{CarnahanStarling, EquationOfState, ModifiedKolafa};
 use gradient_mc::observers::EquationOfStateProfile;
 use gradient_mc::statistics::Estimate;
@@ -33,16 +34,9 @@ impl Analysis {
         })
     }
 
-    /// The deviation with the largest magnitude.
-    pub(crate) fn largest(deviations: &[Estimate]) -> Estimate {
-        deviations.iter().fold(Estimate::new(0.0, f64::NAN), |largest, &deviation| {
-            if deviation.mean.abs() >= largest.mean.abs() { deviation } else { largest }
-        })
-    }
-
     /// The largest number of standard errors that any is off.
     pub(crate) fn most_significant(deviations: &[Estimate]) -> f64 {
-        deviations.iter().map(|deviation| deviation.deviation_from(0.0).abs()).fold(0.0, f64::max)
+        largest(deviations.iter().map(|deviation| deviation.deviation_from(0.0).abs()))
     }
 
     /// Part of the paper's bins with packing fractions above `least` where a measure stays below `line`.

@@ -4,6 +4,7 @@ use super::checks::{FEW, LINE};
 use super::outcome::{Analysis, Outcome};
 use super::run::RUNS;
 use crate::common::captions::write_captions;
+use crate::common::groups::farthest_from_zero;
 use crate::common::table::Table;
 use crate::common::{Failure, output};
 use gradient_mc::statistics::Estimate;
@@ -31,7 +32,7 @@ pub(crate) fn table(outcomes: &[Outcome]) -> Table {
         let ours = std::iter::once((outcome.case.label(), &outcome.ours));
         let papers = outcome.papers.iter().map(|(name, analysis)| (format!("  {name}"), analysis));
         for (label, analysis) in ours.chain(papers) {
-            let largest = Analysis::largest(&analysis.carnahan_starling);
+            let largest = farthest_from_zero(analysis.carnahan_starling.iter().copied());
             let median = analysis.median(|point| point.scatter);
             let runs = usize::try_from(RUNS).unwrap_or(usize::MAX);
             // Of the mean of the runs, if they are independent and Gaussian.
@@ -40,7 +41,7 @@ pub(crate) fn table(outcomes: &[Outcome]) -> Table {
                 &label,
                 [
                     percent(largest),
-                    percent(Analysis::largest(&analysis.modified_kolafa)),
+                    percent(farthest_from_zero(analysis.modified_kolafa.iter().copied())),
                     format!("{:.1}", Analysis::most_significant(&analysis.modified_kolafa)),
                     format!("{:.1}", LINE / largest.mean.abs()),
                     format!("{:.2}", 100.0 * analysis.median(|point| point.deviation)),

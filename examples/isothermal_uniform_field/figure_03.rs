@@ -5,8 +5,9 @@ use super::report::{Report, WHOLE, color_of};
 use super::state::State;
 use crate::common::Failure;
 use crate::common::figure::{Axis, Corner, Figure, Mark, Panel, Point, colors};
-use crate::common::groups::{edges_of_equal_numbers, ranges_between};
-use gradient_mc::observers::BinState;
+use crate::common::groups::{
+    edges_of_equal_numbers, farthest_from_zero, magnitude, means_over, ranges_between,
+};
 use gradient_mc::statistics::Estimate;
 
 /// Below this height there are layers, which the local theory does not know.
@@ -147,9 +148,7 @@ fn grouped(state: &State<'_>, width: f64) -> Result<Vec<Point>, Failure> {
     let edges: Vec<f64> =
         (0..400).map(|bin| 0.5 + width * f64::from(bin)).take_while(|&x| x < HEIGHT).collect();
     let ranges = ranges_between(&edges);
-    let means = state
-        .profile
-        .jackknife(|states| ranges.iter().map(|&range| mean_density(states, range)).collect::<Vec<f64>>())?;
+    let means = state.profile.jackknife(|states| means_over(states, &ranges, |bin| bin.number_density))?;
     let points = ranges.iter().zip(means).filter(|(_, mean)| mean.mean > 0.0);
     Ok(points
         .map(|([low, high], mean)| Point {
@@ -158,13 +157,6 @@ fn grouped(state: &State<'_>, width: f64) -> Result<Vec<Point>, Failure> {
             error: mean.standard_error,
         })
         .collect())
-}
-
-/// Mean density of the bins whose middles lie in a range.
-fn mean_density(states: &[BinState], [low, high]: [f64; 2]) -> f64 {
-    let bins = states.iter().filter(|state| (low..high).contains(&state.height));
-    let (sum, count) = bins.fold((0.0, 0.0), |(sum, count), state| (sum + state.number_density, count + 1.0));
-    sum / count
 }
 
 /// Deviation of densities from a theory over ranges of heights, as fractions.
@@ -195,7 +187,7 @@ fn bulk(state: &State<'_>, report: &mut Report) -> Result<(), Failure> {
         let highest = height_of(state, lowest_packing);
         let ranges = ranges_between(&edges_of_equal_numbers(theory, [BULK_BEGINS, highest], GROUPS));
         let found = deviations(state, &ranges, |height| profile.number_density(height))?;
-        let largest = largest(&found);
+        let largest = magnitude(farthest_from_zero(found));
         report.verdicts.at_most(
             "3a",
             &format!(
@@ -207,14 +199,6 @@ fn bulk(state: &State<'_>, report: &mut Report) -> Result<(), Failure> {
         );
     }
     Ok(())
-}
-
-/// The largest magnitude, with the error that it has.
-pub(crate) fn largest(values: &[Estimate]) -> Estimate {
-    let largest = values.iter().max_by(|first, second| first.mean.abs().total_cmp(&second.mean.abs()));
-    largest.map_or(Estimate::new(f64::NAN, f64::NAN), |value| {
-        Estimate::new(value.mean.abs(), value.standard_error)
-    })
 }
 
 /// Where the theory's packing fraction falls below a value.
@@ -248,7 +232,8 @@ fn top(state: &State<'_>, report: &mut Report) -> Result<(), Failure> {
         Estimate::new(1.0 + wrong[0].mean, wrong[0].standard_error),
         2.0,
     );
-    let lid = state.profile.jackknife(|bins| [mean_density(bins, [HEIGHT - 20.5, HEIGHT - 0.5])])?;
+    let uppermost = [[HEIGHT - 20.5, HEIGHT - 0.5]];
+    let lid = state.profile.jackknife(|bins| means_over(bins, &uppermost, |bin| bin.number_density))?;
     report.verdicts.at_most(
         "3b",
         &format!("density in the uppermost 20 d at T = {temperature}; the paper has 1e-4 at most"),

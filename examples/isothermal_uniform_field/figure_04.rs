@@ -6,6 +6,7 @@ use super::report::{Report, WHOLE, color_of};
 use super::state::State;
 use crate::common::Failure;
 use crate::common::figure::{Axis, Figure, Mark, Panel, Place, Point, colors};
+use crate::common::groups::{farthest_from_zero, magnitude};
 use gradient_mc::observers::{Layer, RadialDistributionPoint};
 use gradient_mc::statistics::Estimate;
 
@@ -148,17 +149,13 @@ fn claims(states: &[State<'_>], densest: f64, radial: &[RadialDistributionPoint]
         1.0,
         1.15,
     );
-    let far: Vec<Estimate> = radial
-        .iter()
-        .filter(|point| point.distance > FAR)
-        .map(|point| {
-            Estimate::new(point.radial_distribution.mean - 1.0, point.radial_distribution.standard_error)
-        })
-        .collect();
+    let far = radial.iter().filter(|point| point.distance > FAR).map(|point| {
+        Estimate::new(point.radial_distribution.mean - 1.0, point.radial_distribution.standard_error)
+    });
     verdicts.at_most(
         "4 inset",
         &format!("largest |g − 1| beyond {FAR} d: no order of long range"),
-        super::figure_03::largest(&far),
+        magnitude(farthest_from_zero(far)),
         0.1,
     );
 }

@@ -6,6 +6,7 @@ use super::report::{Report, color_of};
 use super::state::State;
 use crate::common::Failure;
 use crate::common::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
+use crate::common::groups::{farthest_from_zero, magnitude};
 use gradient_mc::observers::DisplacementPoint;
 use gradient_mc::statistics::Estimate;
 
@@ -209,5 +210,5 @@ fn one_curve(first: &Mobility<'_>, second: &Mobility<'_>) -> Estimate {
             differences.push(super::state::difference(one, other));
         }
     }
-    super::figure_03::largest(&differences)
+    magnitude(farthest_from_zero(differences))
 }

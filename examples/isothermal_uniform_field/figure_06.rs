@@ -1,12 +1,12 @@
 //! Figure 6: the equation of state from all columns.
 
-use super::figure_03::{BULK_BEGINS, height_of, largest};
+use super::figure_03::{BULK_BEGINS, height_of};
 use super::protocol::DRAWN;
 use super::report::{Report, color_of};
 use super::state::State;
 use crate::common::Failure;
 use crate::common::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
-use crate::common::groups::{edges_of_equal_numbers, ranges_between};
+use crate::common::groups::{edges_of_equal_numbers, farthest_from_zero, largest, magnitude, ranges_between};
 use gradient_mc::EquationOfState;
 use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa, number_density};
 use gradient_mc::observers::EquationOfStatePoint;
@@ -75,14 +75,14 @@ pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Fa
             ("modified Kolafa-Labík-Malijevský", 0.01, group_from_kolafa as fn(&Group) -> Estimate),
             ("Carnahan-Starling", 0.02, group_from_carnahan_starling),
         ] {
-            let found: Vec<Estimate> = groups.iter().map(deviation).collect();
+            let found = groups.iter().map(deviation);
             report.verdicts.at_most(
                 "6",
                 &format!(
                     "largest |P/(nTZ) − 1| at T = {} in {GROUPS} groups of heights, {name}",
                     state.temperature
                 ),
-                largest(&found),
+                magnitude(farthest_from_zero(found)),
                 allowed,
             );
         }
@@ -90,14 +90,14 @@ pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Fa
         report.verdicts.at_most(
             "6",
             &format!("the same at T = {} in standard errors, the better equation", state.temperature),
-            Estimate::new(in_errors.fold(0.0, f64::max), 0.0),
+            Estimate::new(largest(in_errors), 0.0),
             4.0,
         );
         let errors = groups.iter().map(|group| group.from_kolafa.standard_error);
         report.verdicts.at_most(
             "6",
             &format!("largest of these standard errors at T = {}", state.temperature),
-            Estimate::new(errors.fold(0.0, f64::max), 0.0),
+            Estimate::new(largest(errors), 0.0),
             0.005,
         );
     }

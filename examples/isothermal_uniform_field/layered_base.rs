@@ -7,6 +7,7 @@ use super::state::{State, difference};
 use super::theory::independent_base;
 use crate::common::Failure;
 use crate::common::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
+use crate::common::groups::largest;
 use gradient_mc::statistics::Estimate;
 
 /// Up to this height.
@@ -220,7 +221,7 @@ fn independently(state: &State<'_>, report: &mut Report) -> Result<(), Failure> 
             "largest difference between n(x) in bins of 0.1 and an independent program's, in errors, T = {}",
             state.temperature
         ),
-        Estimate::new(differences.fold(0.0, f64::max), 0.0),
+        Estimate::new(largest(differences), 0.0),
         4.5,
     );
     Ok(())
@@ -240,7 +241,7 @@ fn two_routes(state: &State<'_>, report: &mut Report) {
             state.columns.first().map_or("", |column| column.task.family.name()),
             state.temperature
         ),
-        Estimate::new(differences.fold(0.0, f64::max), 0.0),
+        Estimate::new(largest(differences), 0.0),
         4.5,
     );
 }
@@ -269,7 +270,7 @@ fn against_functional(state: &State<'_>, report: &mut Report) {
         verdicts.at_most(
             "base",
             &format!("the largest of these at T = {temperature} less {FUNCTIONAL}, in errors"),
-            Estimate::new(beyond.fold(f64::NEG_INFINITY, f64::max), 0.0),
+            Estimate::new(largest(beyond), 0.0),
             3.0,
         );
     }

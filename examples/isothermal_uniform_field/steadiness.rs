@@ -5,8 +5,8 @@ use gradient_mc::observers::CenterOfMass;
 /// The sweep from which on a centre of mass is steady, by the marginal standard error rule: where cutting makes
 /// Σ(x − x̄)²/n² of the rest least (White, doi:10.1177/003754979706900601). None if that is in the second half.
 ///
-/// A fall from 200 to 28 in fifty sweeps is shorter than the fluctuations that follow, so a rule that counts independent numbers
-/// by their correlation time alone, like `statistics::equilibration`, may keep all of it. This one sees its size.
+/// `statistics::equilibration` asks for a rest of fifty correlation times, which the shortest of these columns do not have: it would
+/// refuse them. This rule needs no correlation time.
 pub(crate) fn steady_from(series: &CenterOfMass) -> Option<u64> {
     let heights = series.heights();
     let (mut sum, mut squares, mut count) = (0.0, 0.0, 0.0);

@@ -8,7 +8,7 @@ use crate::common::replicas::in_chunks;
 use gradient_mc::equation_of_state::EquationOfState;
 use gradient_mc::field::ExponentialField;
 use gradient_mc::hydrostatics::{HydrostaticProfile, Hydrostatics};
-use gradient_mc::observers::{BinState, CenterOfMass, DisplacementProfile, EquationOfStateProfile};
+use gradient_mc::observers::{CenterOfMass, DisplacementProfile, EquationOfStateProfile};
 use gradient_mc::start::{Positions, Start, Uniform};
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Error, Every, Scene, Simulation, Vector3, Warning};
@@ -136,20 +136,6 @@ pub(crate) fn pooled<'a>(
         sum.merge(profile)?;
     }
     Ok(sum)
-}
-
-/// Means of a quantity over the bins whose middles lie in ranges of heights; the states are in order.
-pub(crate) fn means_over(
-    states: &[BinState],
-    ranges: &[[f64; 2]],
-    value: impl Fn(&BinState) -> f64,
-) -> Vec<f64> {
-    let below = |height: f64| states.partition_point(|state| state.height < height);
-    let mean = |&[low, high]: &[f64; 2]| {
-        let inside = &states[below(low)..below(high)];
-        inside.iter().map(&value).sum::<f64>() / inside.len() as f64
-    };
-    ranges.iter().map(mean).collect()
 }
 
 /// What is left of the series of all runs after `equilibration` sweeps, and after what the data then still show of

@@ -1,10 +1,10 @@
 //! Figure 8: n(x) of the fluid columns, and the ideal gas that they end in.
 
-use super::column::means_over;
 use super::protocol::Protocol;
 use super::results::{COLORS, Fluid, Results};
 use crate::common::Failure;
 use crate::common::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
+use crate::common::groups::{farthest_from_zero, means_over};
 use crate::common::output::write_csv;
 use crate::common::verdict::Verdicts;
 use gradient_mc::Field;
@@ -143,8 +143,7 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
             let expected = mean_between(&|height| fluid.theory.number_density(height), range);
             Estimate::new(100.0 * (mean.mean / expected - 1.0), 100.0 * mean.standard_error / expected)
         });
-        let largest = off.max_by(|first, second| first.mean.abs().total_cmp(&second.mean.abs()));
-        let bulk = largest.ok_or("no range of heights is that dense")?;
+        let bulk = farthest_from_zero(off);
         let claim = format!(
             "{}: largest deviation of n over 4 d from theory, x > 8 and n > 0.1, in %",
             fluid.label()

@@ -1,11 +1,11 @@
 //! Figure 13: P/T against packing fraction.
 
-use super::column::means_over;
 use super::crystal::Crystal;
 use super::protocol::Protocol;
 use super::results::{Fluid, Results, color_of};
 use crate::common::Failure;
 use crate::common::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
+use crate::common::groups::{farthest_from_zero, largest, means_over};
 use crate::common::output::write_csv;
 use crate::common::verdict::Verdicts;
 use gradient_mc::EquationOfState;
@@ -171,14 +171,11 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
         let ranges = wide_ranges(fluid);
         let off = fluid.profile.deviations_over(&ranges, |eta| ModifiedKolafa.compressibility_factor(eta))?;
         let percent = off.iter().map(|off| Estimate::new(100.0 * off.mean, 100.0 * off.standard_error));
-        let largest = percent
-            .clone()
-            .max_by(|first, second| first.mean.abs().total_cmp(&second.mean.abs()))
-            .ok_or("no range of heights")?;
+        let off = farthest_from_zero(percent.clone());
         let claim =
             format!("{}: largest P/(nTZ) − 1 over 4 d, x > 8, n > 0.1, modified Kolafa, in %", fluid.label());
-        verdicts.between("13", &claim, largest, -2.0, 2.0);
-        let error = percent.map(|off| off.standard_error).fold(0.0, f64::max);
+        verdicts.between("13", &claim, off, -2.0, 2.0);
+        let error = largest(percent.map(|off| off.standard_error));
         let claim = format!("{}: largest error of these, in %", fluid.label());
         verdicts.at_most("13", &claim, Estimate::new(error, 0.0), 1.0);
     }

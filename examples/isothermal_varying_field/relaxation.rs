@@ -5,6 +5,7 @@ use super::protocol::Protocol;
 use super::results::{COLORS, Fluid, Results, frozen_theory};
 use crate::common::Failure;
 use crate::common::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
+use crate::common::groups::largest;
 use crate::common::output::write_csv;
 use crate::common::verdict::Verdicts;
 use gradient_mc::observers::CenterOfMass;
@@ -136,7 +137,7 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) {
         verdicts.between("7", &claim, Estimate::new(left, 0.0), -1.0, 1.0);
     }
     let steps = results.fluids.windows(2).map(|pair| pair[1].plateau.mean - pair[0].plateau.mean);
-    let largest = steps.fold(f64::NEG_INFINITY, f64::max);
+    let largest = largest(steps);
     verdicts.at_most(
         "7 inset",
         "largest change of h_c from one α to the next, in d",

@@ -3,6 +3,7 @@
 use super::column::{LOWEST, TEMPERATURE};
 use super::mobility::Mobility;
 use super::outcome::{DILUTE, Outcome};
+use crate::common::groups::{self, farthest_from_zero, magnitude};
 use crate::common::verdict::Verdicts;
 use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa, packing_fraction};
 use gradient_mc::statistics::Estimate;
@@ -36,14 +37,10 @@ pub(crate) fn verdicts(outcomes: &[Outcome]) -> Verdicts {
     verdicts
 }
 
-fn magnitude(estimate: Estimate) -> Estimate {
-    Estimate::new(estimate.mean.abs(), estimate.standard_error)
-}
-
 fn density(outcome: &Outcome, verdicts: &mut Verdicts) {
     let label = outcome.column.label();
     let top = outcome.column.highest();
-    let largest = magnitude(Outcome::largest(&outcome.densities));
+    let largest = magnitude(farthest_from_zero(outcome.densities.iter().copied()));
     verdicts.at_most(
         "14a",
         &format!("{label}: largest |n/n(theory) − 1| of six groups of heights from {LOWEST} to {top:.0}"),
@@ -109,15 +106,15 @@ fn mobility(outcomes: &[Outcome], verdicts: &mut Verdicts) {
 
 fn equation_of_state(outcome: &Outcome, verdicts: &mut Verdicts) {
     let label = outcome.column.label();
-    let largest = magnitude(Outcome::largest(&outcome.deviations));
+    let largest = magnitude(farthest_from_zero(outcome.deviations.iter().copied()));
     let claim = format!("{label}: largest |P/(nTZ) − 1| of six groups of heights, Z after modified Kolafa");
     verdicts.at_most("16", &claim, largest, LINE);
     let errors = outcome.deviations.iter().map(|deviation| deviation.deviation_from(0.0).abs());
     let claim = format!("{label}: the largest of these in standard errors");
-    verdicts.at_most("16", &claim, Estimate::new(errors.fold(0.0, f64::max), 0.0), SIGMAS);
+    verdicts.at_most("16", &claim, Estimate::new(groups::largest(errors), 0.0), SIGMAS);
     let errors = outcome.deviations.iter().map(|deviation| deviation.standard_error);
     let claim = format!("{label}: the largest standard error of these");
-    verdicts.at_most("16", &claim, Estimate::new(errors.fold(0.0, f64::max), 0.0), LARGEST_ERRORS[0]);
+    verdicts.at_most("16", &claim, Estimate::new(groups::largest(errors), 0.0), LARGEST_ERRORS[0]);
 }
 
 /// All groups of all columns together. The groups of a column move together, so their errors are added up; columns are

@@ -76,13 +76,6 @@ impl Outcome {
             column: column.clone(),
         })
     }
-
-    /// The group with the largest of these deviations.
-    pub(crate) fn largest(deviations: &[Estimate]) -> Estimate {
-        deviations.iter().fold(Estimate::new(0.0, f64::NAN), |largest, &deviation| {
-            if deviation.mean.abs() >= largest.mean.abs() { deviation } else { largest }
-        })
-    }
 }
 
 /// Spheres in a range of heights over those of a density, which is averaged over each bin by Simpson's rule.

@@ -4,6 +4,7 @@ use super::column::{COLUMN_DENSITY, HEIGHT, TEMPERATURE};
 use super::outcome::Outcome;
 use super::run::{MAXIMUM_DISPLACEMENT, Protocol};
 use crate::common::captions::write_captions;
+use crate::common::groups::farthest_from_zero;
 use crate::common::table::Table;
 use crate::common::{Failure, output};
 use gradient_mc::statistics::Estimate;
@@ -64,8 +65,8 @@ pub(crate) fn table(ours: &[Outcome], papers: &[Outcome]) -> Table {
                 maximum.map_or_else(missing, |maximum| maximum.height.to_string()),
                 column.maximum().map_or_else(missing, |height| format!("{height:.2}")),
                 maximum.map_or_else(missing, |maximum| maximum.balance.to_string()),
-                percent(Outcome::largest(&outcome.densities)),
-                percent(Outcome::largest(&outcome.deviations)),
+                percent(farthest_from_zero(outcome.densities.iter().copied())),
+                percent(farthest_from_zero(outcome.deviations.iter().copied())),
                 outcome.dilute[0].to_string(),
                 outcome.dilute[1].to_string(),
                 format!("{:.3e}", column.prefactor),

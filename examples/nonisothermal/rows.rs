@@ -3,8 +3,9 @@
 use super::column::LOWEST;
 use super::run::BIN;
 use crate::common::Failure;
+use crate::common::groups::means_over;
 use gradient_mc::equation_of_state::packing_fraction;
-use gradient_mc::observers::{BinState, EquationOfStateProfile};
+use gradient_mc::observers::EquationOfStateProfile;
 use gradient_mc::statistics::Estimate;
 
 /// Means over a range of heights.
@@ -54,23 +55,18 @@ pub(crate) fn coarse(highest: f64) -> Vec<[f64; 2]> {
 
 /// The means over these ranges.
 pub(crate) fn rows(profile: &EquationOfStateProfile, ranges: &[[f64; 2]]) -> Result<Vec<Row>, Failure> {
-    let means = |states: &[BinState]| {
-        let of_range = |&[low, high]: &[f64; 2]| {
-            let (mut count, mut density, mut ratio) = (0.0, 0.0, 0.0);
-            for state in states.iter().filter(|state| (low..high).contains(&state.height)) {
-                count += 1.0;
-                density += state.number_density;
-                ratio += state.pressure / state.temperature;
-            }
-            [density / count, ratio / count]
-        };
-        ranges.iter().flat_map(of_range).collect::<Vec<f64>>()
-    };
-    let estimates = profile.jackknife(means)?;
-    let rows = ranges.iter().zip(estimates.chunks(2)).map(|(&range, values)| Row {
-        range,
-        number_density: values[0],
-        pressure_over_temperature: values[1],
-    });
+    let estimates = profile.jackknife(|states| {
+        let mut means = means_over(states, ranges, |state| state.number_density);
+        means.extend(means_over(states, ranges, |state| state.pressure / state.temperature));
+        means
+    })?;
+    let (densities, ratios) = estimates.split_at(ranges.len());
+    let rows = ranges.iter().zip(densities.iter().zip(ratios)).map(
+        |(&range, (&number_density, &pressure_over_temperature))| Row {
+            range,
+            number_density,
+            pressure_over_temperature,
+        },
+    );
     Ok(rows.collect())
 }

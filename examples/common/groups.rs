@@ -70,3 +70,21 @@ pub(crate) fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
     let larger = |first: f64, second: f64| if first >= second || first.is_nan() { first } else { second };
     values.into_iter().reduce(larger).unwrap_or(f64::NAN)
 }
+
+#[cfg(test)]
+mod tests {
+    // Inside, since benches have this file without a test harness.
+    #[test]
+    fn what_could_not_be_measured_is_not_passed_over() {
+        use super::{Estimate, farthest_from_zero, largest};
+        let estimates =
+            |means: &[f64]| means.iter().map(|&mean| Estimate::new(mean, 0.1)).collect::<Vec<_>>();
+        assert!((farthest_from_zero(estimates(&[0.5, -2.0, 1.0])).mean + 2.0).abs() < 1e-15);
+        assert!((largest([0.5, -2.0, 1.0]) - 1.0).abs() < 1e-15);
+        for unknown in [f64::NAN, -f64::NAN] {
+            assert!(farthest_from_zero(estimates(&[0.5, unknown, 1.0])).mean.is_nan());
+            assert!(largest([unknown, 0.5]).is_nan() && largest([0.5, unknown, 1.0]).is_nan());
+        }
+        assert!(farthest_from_zero([]).mean.is_nan() && largest([]).is_nan());
+    }
+}

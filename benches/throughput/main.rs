@@ -10,8 +10,6 @@
 
 #![allow(clippy::print_stdout)]
 
-#[path = "../../examples/common/mod.rs"]
-mod common;
 #[path = "../plain/mod.rs"]
 mod plain;
 
@@ -21,13 +19,13 @@ mod sizes;
 mod threads;
 
 use clap::{Parser, ValueEnum};
-use common::Failure;
 use gradient_mc::drive::{Drive, Scheme};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
 use gradient_mc::start::Positions;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Error, Scene, Simulation, Slab};
+use paper::Failure;
 use plain::PlainColumn;
 use rustix::time::{ClockId, clock_gettime};
 use std::path::PathBuf;
@@ -185,7 +183,7 @@ fn main() -> Result<(), Failure> {
         threads::run()?;
     }
     if wanted("sizes") {
-        common::output::create_directory(&arguments.out)?;
+        paper::output::create_directory(&arguments.out)?;
         sizes::run(arguments.largest, &arguments.out)?;
     }
     Ok(())

@@ -1,13 +1,13 @@
 //! Time per trial and per event over the number of spheres.
 
-use crate::common::Failure;
-use crate::common::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
-use crate::common::table::Table;
 use crate::{cpu_seconds, median};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Scene, Simulation, Slab};
+use paper::Failure;
+use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
+use paper::table::Table;
 use std::path::Path;
 
 /// The paper's column, on wider and wider bases.

@@ -1,9 +1,9 @@
 //! What a second thread gains, on the clock on the wall: meaningful on an idle machine only.
 
-use crate::common::Failure;
 use crate::packing::fluid;
 use crate::{cpu_seconds, median};
 use gradient_mc::{Simulation, moves::LocalMoves};
+use paper::Failure;
 use std::time::Instant;
 
 const TURNS: usize = 9;

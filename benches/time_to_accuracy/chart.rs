@@ -1,9 +1,9 @@
 //! The picture: errors against CPU time.
 
-use crate::common::Failure;
-use crate::common::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use crate::{Checkpoint, Errors, Method};
-use plotters::style::RGBColor;
+use paper::Failure;
+use paper::figure::RGBColor;
+use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use std::path::Path;
 
 /// Draws `<path>.svg` and `<path>.png`.

@@ -1,7 +1,7 @@
 //! What is measured of a column, and how far it is from the reference.
 
-use crate::common::Failure;
 use crate::methods::Engine;
+use paper::Failure;
 use std::fmt;
 
 pub(crate) const TEMPERATURE: f64 = 20.0;

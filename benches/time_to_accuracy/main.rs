@@ -13,8 +13,6 @@
 
 #![allow(clippy::print_stdout)]
 
-#[path = "../../examples/common/mod.rs"]
-mod common;
 #[path = "../plain/mod.rs"]
 mod plain;
 
@@ -25,9 +23,9 @@ mod wall;
 
 use clap::Parser;
 use column::{Errors, Profile};
-use common::Failure;
-use common::table::Table;
 use methods::{Engine, Method};
+use paper::Failure;
+use paper::table::Table;
 use rayon::prelude::*;
 use std::path::PathBuf;
 
@@ -68,7 +66,7 @@ struct Checkpoint {
 
 fn main() -> Result<(), Failure> {
     let arguments = Arguments::parse();
-    common::output::create_directory(&arguments.out)?;
+    paper::output::create_directory(&arguments.out)?;
     let particles = column::particles(arguments.width);
     println!("{particles} spheres over {0} x {0}, T = {1}", arguments.width, column::TEMPERATURE);
     let reference = reference(&arguments)?;
@@ -132,9 +130,9 @@ fn measure(method: Method, arguments: &Arguments, reference: &Profile) -> Result
             .par_iter_mut()
             .with_max_len(1)
             .map(|(engine, seconds)| {
-                let start = common::clock::cpu_seconds();
+                let start = paper::clock::cpu_seconds();
                 let profile = column::observe(&mut **engine, arguments.width, stretch)?;
-                *seconds += common::clock::cpu_seconds() - start;
+                *seconds += paper::clock::cpu_seconds() - start;
                 Ok(profile)
             })
             .collect::<Result<_, Failure>>()?;

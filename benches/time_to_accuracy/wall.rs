@@ -1,10 +1,10 @@
 //! Seconds of the clock until P(x) is known.
 
 use crate::column::{self, Errors, Profile};
-use crate::common::Failure;
-use crate::common::table::Table;
 use crate::methods::{Engine, Method};
 use crate::{Arguments, Checkpoint, crossing};
+use paper::Failure;
+use paper::table::Table;
 use rayon::prelude::*;
 use std::time::Instant;
 
@@ -29,9 +29,9 @@ impl Team {
             .par_iter_mut()
             .with_max_len(1)
             .map(|engine| {
-                let start = crate::common::clock::cpu_seconds();
+                let start = paper::clock::cpu_seconds();
                 let profile = column::observe(&mut **engine, width, sweeps)?;
-                Ok((profile, crate::common::clock::cpu_seconds() - start))
+                Ok((profile, paper::clock::cpu_seconds() - start))
             })
             .collect::<Result<_, Failure>>()?;
         self.seconds += start.elapsed().as_secs_f64();

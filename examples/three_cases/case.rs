@@ -2,13 +2,13 @@
 
 use super::measurement::{Replica, simulate};
 use super::protocol::{Protocol, SchemeChoice};
-use crate::common::Failure;
-use crate::common::interrupt::Interrupt;
-use crate::common::progress::Progress;
 use gradient_mc::drive::{ClosedForm, EquationOfStateClosure, Instantaneous, SelfConsistent};
 use gradient_mc::field::{ExponentialField, UniformField};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{Error, Field, Scene, TemperatureProfile};
+use paper::Failure;
+use paper::interrupt::Interrupt;
+use paper::progress::Progress;
 
 /// One of the paper's three systems.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -13,9 +13,6 @@
 // A summary is put together once; the clearer call is the better one.
 #![allow(clippy::format_push_string)]
 
-#[path = "../common/mod.rs"]
-mod common;
-
 mod case;
 mod measurement;
 mod picture;
@@ -25,12 +22,12 @@ mod summary;
 
 use case::Case;
 use clap::Parser;
-use common::interrupt::Interrupt;
-use common::progress::{Progress, in_words};
-use common::{Ending, Failure, conclude, output, replicas};
 use gradient_mc::observers::MAXIMUM_BINS;
 use gradient_mc::{Error, Slab};
 use measurement::Replica;
+use paper::interrupt::Interrupt;
+use paper::progress::{Progress, in_words};
+use paper::{Ending, Failure, conclude, output, replicas};
 use protocol::{Arguments, Protocol};
 use report::Report;
 use std::path::Path;

@@ -1,13 +1,13 @@
 //! One replica: equilibrate, then measure in consecutive intervals.
 
 use super::protocol::{Protocol, StartChoice};
-use crate::common::Failure;
-use crate::common::interrupt::Interrupt;
-use crate::common::progress::Progress;
-use crate::common::replicas::in_chunks;
 use gradient_mc::drive::{Drive, ForceBalance, Scheme};
 use gradient_mc::observers::{CenterOfMass, EquationOfStateProfile};
 use gradient_mc::{Every, Field, Scene, Simulation, Tally, TemperatureProfile, Warning, start};
+use paper::Failure;
+use paper::interrupt::Interrupt;
+use paper::progress::Progress;
+use paper::replicas::in_chunks;
 use std::time::{Duration, Instant};
 
 /// Sweeps between two looks at the configuration: counting spheres costs less than moving them, but

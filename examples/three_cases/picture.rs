@@ -2,10 +2,10 @@
 //! the deviation from it on the right.
 
 use super::report::{BULK_BEGINS, Bin, Report};
-use crate::common::Failure;
-use crate::common::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use gradient_mc::EquationOfState;
 use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa, number_density};
+use paper::Failure;
+use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use std::path::Path;
 
 /// Draws `<path>.svg` and `<path>.png`.

@@ -1,11 +1,11 @@
 //! How long, how many and from where: the command line, made definite.
 
 use super::case::Case;
-use crate::common::Failure;
-use crate::common::arguments::SharedArguments;
 use clap::{Parser, ValueEnum};
 use gradient_mc::Slab;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
+use paper::Failure;
+use paper::arguments::SharedArguments;
 use std::fmt;
 
 /// Simulates the three systems of doi:10.1103/PhysRevE.83.061306 and compares each with theory.

@@ -3,15 +3,15 @@
 use super::case::Case;
 use super::measurement::Replica;
 use super::protocol::Protocol;
-use crate::common::Failure;
-use crate::common::output::write_csv;
-use crate::common::warnings;
 use gradient_mc::drive::Certificate;
 use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa, packing_fraction};
 use gradient_mc::hydrostatics::Hydrostatics;
 use gradient_mc::observers::{CenterOfMass, EquationOfStateProfile};
 use gradient_mc::statistics::{Estimate, deviations};
 use gradient_mc::{EquationOfState, Tally};
+use paper::Failure;
+use paper::output::write_csv;
+use paper::warnings;
 use std::path::Path;
 use std::time::Duration;
 

@@ -2,10 +2,10 @@
 
 use super::protocol::{MovesChoice, Protocol, StartChoice};
 use super::report::{BULK_BEGINS, BULK_DENSITY, Comparison, Report};
-use crate::common::progress::in_words;
-use crate::common::replicas::thread_count;
-use crate::common::table::Table;
 use gradient_mc::statistics::Estimate;
+use paper::progress::in_words;
+use paper::replicas::thread_count;
+use paper::table::Table;
 use statrs::distribution::{ContinuousCDF, Normal};
 use std::time::Duration;
 

@@ -1,5 +1,5 @@
-//! Fitted to `src/model/calibration/` and written by `cargo run --release --example calibrate_models`; a test in
-//! `tests/model_for.rs` fits them again. Not to be edited.
+//! Fitted to `examples/paper/calibration/` and written by `cargo run --release -p paper --bin calibrate_models`; a test in
+//! `examples/paper/tests/model_for.rs` fits them again. Not to be edited.
 
 #![allow(clippy::unreadable_literal, reason = "generated")]
 

@@ -1,0 +1,66 @@
+//! How far a profile of a column is from another, and how far its own error bars say that it is.
+//!
+//! Profiles are means of n over bins one diameter high, from x = 0, and P at the middles of these bins.
+
+#![allow(dead_code, reason = "no program uses all of it")]
+
+use std::f64::consts::FRAC_2_PI;
+
+/// Height of a bin.
+pub const BIN_HEIGHT: f64 = 1.0;
+
+/// The fraction of all spheres that is at a wrong height, resolved to a diameter: half of ∫|n − n'| dx over N/A, the
+/// total-variation distance.
+pub fn misplaced_fraction(density: &[f64], reference: &[f64], column_density: f64) -> f64 {
+    let distance: f64 =
+        density.iter().zip(reference).map(|(density, reference)| (density - reference).abs()).sum();
+    0.5 * distance * BIN_HEIGHT / column_density
+}
+
+/// The misplaced fraction to be expected of a density that is right but for normal noise of these standard errors:
+/// the mean magnitude of such noise is √(2/π) of its standard deviation.
+pub fn expected_misplaced_fraction(standard_errors: &[f64], column_density: f64) -> f64 {
+    0.5 * FRAC_2_PI.sqrt() * standard_errors.iter().sum::<f64>() * BIN_HEIGHT / column_density
+}
+
+/// The largest |P − P'| over the pressure P' at the base.
+pub fn pressure_deviation(pressure: &[f64], reference: &[f64]) -> f64 {
+    let largest = pressure
+        .iter()
+        .zip(reference)
+        .map(|(pressure, reference)| (pressure - reference).abs())
+        .fold(0.0, worse);
+    largest / reference.first().copied().unwrap_or(f64::NAN)
+}
+
+/// The larger of two; NaN if either is, where `max` would forget it.
+fn worse(one: f64, other: f64) -> f64 {
+    if one.is_nan() || other.is_nan() { f64::NAN } else { one.max(other) }
+}
+
+/// The root mean square of `values` relative to `reference`, over the bins of the bulk: above the layers at the base
+/// (x > 8), and where the packing fraction of the reference is above 0.05.
+pub fn bulk_deviation(values: &[f64], reference: &[f64], reference_density: &[f64]) -> f64 {
+    const LOWEST: f64 = 8.0;
+    /// Packing fraction 0.05, in spheres per cubic diameter.
+    const LEAST: f64 = 0.3 / std::f64::consts::PI;
+    let squares: Vec<f64> = values
+        .iter()
+        .zip(reference)
+        .zip(reference_density)
+        .enumerate()
+        .filter(|&(bin, (_, &density))| bin as f64 * BIN_HEIGHT >= LOWEST && density > LEAST)
+        .map(|(_, ((value, reference), _))| (value / reference - 1.0) * (value / reference - 1.0))
+        .collect();
+    root_mean(&squares)
+}
+
+/// The root of the mean of squares; NaN of none.
+pub fn root_mean(squares: &[f64]) -> f64 {
+    (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
+}
+
+/// The root mean square.
+pub fn root_mean_square(values: impl IntoIterator<Item = f64>) -> f64 {
+    root_mean(&values.into_iter().map(|value| value * value).collect::<Vec<f64>>())
+}

@@ -1,0 +1,85 @@
+//! A column of Figure 17 with all that was measured of it.
+
+use super::case::Case;
+use super::papers::{PaperPoint, measures};
+use gradient_mc::equation_of_state::{CarnahanStarling, EquationOfState, ModifiedKolafa};
+use gradient_mc::observers::EquationOfStateProfile;
+use gradient_mc::statistics::Estimate;
+use paper::Failure;
+use paper::groups::largest;
+
+/// Runs that were made alike, as eq. (32) takes them, with both analyses.
+#[derive(Debug, Clone)]
+pub(crate) struct Analysis {
+    /// The paper's.
+    pub(crate) points: Vec<PaperPoint>,
+    /// P/(nTZ) − 1 in each group of heights, Carnahan-Starling.
+    pub(crate) carnahan_starling: Vec<Estimate>,
+    /// The same, modified Kolafa-Labík-Malijevský.
+    pub(crate) modified_kolafa: Vec<Estimate>,
+}
+
+impl Analysis {
+    pub(crate) fn new(case: &Case, runs: &[EquationOfStateProfile]) -> Result<Self, Failure> {
+        let (first, rest) = runs.split_first().ok_or("no runs")?;
+        let mut all = first.clone();
+        for run in rest {
+            all.merge(run)?;
+        }
+        let over = |factor: &dyn Fn(f64) -> f64| all.deviations_over(&case.groups, factor);
+        Ok(Self {
+            points: measures(case, runs, &all)?,
+            carnahan_starling: over(&|eta| CarnahanStarling.compressibility_factor(eta))?,
+            modified_kolafa: over(&|eta| ModifiedKolafa.compressibility_factor(eta))?,
+        })
+    }
+
+    /// The largest number of standard errors that any is off.
+    pub(crate) fn most_significant(deviations: &[Estimate]) -> f64 {
+        largest(deviations.iter().map(|deviation| deviation.deviation_from(0.0).abs()))
+    }
+
+    /// Part of the paper's bins with packing fractions above `least` where a measure stays below `line`.
+    pub(crate) fn part_below(&self, line: f64, least: f64, measure: impl Fn(&PaperPoint) -> f64) -> f64 {
+        let bins = || self.points.iter().filter(|point| point.packing_fraction > least);
+        let below = bins().filter(|point| measure(point) < line).count();
+        below as f64 / bins().count() as f64
+    }
+
+    /// Number of the paper's bins where δ is above `line` by more than so many of its standard errors.
+    pub(crate) fn significantly_above(&self, line: f64, standard_errors: f64) -> usize {
+        let above = |point: &&PaperPoint| point.deviation - line > standard_errors * point.deviation_error;
+        self.points.iter().filter(above).count()
+    }
+
+    /// The median of a measure over the paper's bins.
+    pub(crate) fn median(&self, measure: impl Fn(&PaperPoint) -> f64) -> f64 {
+        let mut values: Vec<f64> = self.points.iter().map(measure).collect();
+        values.sort_by(f64::total_cmp);
+        values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+    }
+
+    /// Mean over the groups whose middles lie below `highest`; as if all their errors were one, since they move together.
+    pub(crate) fn mean_below(case: &Case, deviations: &[Estimate], highest: f64) -> Estimate {
+        let inside = case.groups.iter().zip(deviations);
+        let inside: Vec<&Estimate> = inside
+            .filter(|(group, _)| f64::midpoint(group[0], group[1]) < highest)
+            .map(|(_, deviation)| deviation)
+            .collect();
+        let count = inside.len() as f64;
+        let mean = inside.iter().map(|deviation| deviation.mean).sum::<f64>() / count;
+        let error = inside.iter().map(|deviation| deviation.standard_error).sum::<f64>() / count;
+        Estimate::new(mean, error)
+    }
+}
+
+/// Everything of one column.
+#[derive(Debug, Clone)]
+pub(crate) struct Outcome {
+    pub(crate) case: Case,
+    /// P/(nTZ) − 1 in each group that a local equation must miss, to lowest order in the density.
+    pub(crate) nonlocal: Vec<f64>,
+    pub(crate) ours: Analysis,
+    /// Runs as the paper made them, each with its name.
+    pub(crate) papers: Vec<(String, Analysis)>,
+}

@@ -1,0 +1,194 @@
+//! Tables and files.
+
+use super::checks::{FEW, LINE};
+use super::outcome::{Analysis, Outcome};
+use super::run::RUNS;
+use gradient_mc::statistics::Estimate;
+use gradient_mc::statistics::deviations::expected_scatter;
+use paper::captions::write_captions;
+use paper::groups::farthest_from_zero;
+use paper::table::Table;
+use paper::{Failure, output};
+use std::path::Path;
+
+fn percent(deviation: Estimate) -> String {
+    Estimate::new(100.0 * deviation.mean, 100.0 * deviation.standard_error).to_string()
+}
+
+/// One row for each set of five runs.
+pub(crate) fn table(outcomes: &[Outcome]) -> Table {
+    let mut table = Table::new([
+        "in %".to_owned(),
+        "largest P/(nTZ) − 1, CS".into(),
+        "modified Kolafa".into(),
+        "in errors".into(),
+        "2 % beaten by a factor".into(),
+        "median δ".into(),
+        format!("bins with δ < 2 %, ν > {FEW}"),
+        "median σ".into(),
+        "σ as a standard error".into(),
+    ]);
+    for outcome in outcomes {
+        let ours = std::iter::once((outcome.case.label(), &outcome.ours));
+        let papers = outcome.papers.iter().map(|(name, analysis)| (format!("  {name}"), analysis));
+        for (label, analysis) in ours.chain(papers) {
+            let largest = farthest_from_zero(analysis.carnahan_starling.iter().copied());
+            let median = analysis.median(|point| point.scatter);
+            let runs = usize::try_from(RUNS).unwrap_or(usize::MAX);
+            // Of the mean of the runs, if they are independent and Gaussian.
+            let error = median / expected_scatter(runs) / (runs as f64).sqrt();
+            table.row(
+                &label,
+                [
+                    percent(largest),
+                    percent(farthest_from_zero(analysis.modified_kolafa.iter().copied())),
+                    format!("{:.1}", Analysis::most_significant(&analysis.modified_kolafa)),
+                    format!("{:.1}", LINE / largest.mean.abs()),
+                    format!("{:.2}", 100.0 * analysis.median(|point| point.deviation)),
+                    format!("{:.1}", 100.0 * analysis.part_below(LINE, FEW, |point| point.deviation)),
+                    format!("{:.2}", 100.0 * median),
+                    format!("{:.2}", 100.0 * error),
+                ],
+            );
+        }
+    }
+    table
+}
+
+/// Every range of heights of every column.
+pub(crate) fn groups(outcomes: &[Outcome]) -> Table {
+    let mut table = Table::new([
+        "P/(nTZ) − 1, %",
+        "heights",
+        "packing fraction",
+        "Carnahan-Starling",
+        "modified Kolafa",
+        "not local",
+        "the paper's, CS",
+    ]);
+    for Outcome { case, nonlocal, ours, papers } in outcomes {
+        for (index, &group) in case.groups.iter().enumerate() {
+            let of_paper: Vec<String> =
+                papers.iter().map(|(_, analysis)| percent(analysis.carnahan_starling[index])).collect();
+            table.row(
+                &case.label(),
+                [
+                    format!("{:.1} to {:.1}", group[0], group[1]),
+                    format!("{:.3}", case.mean_packing_fraction(group)),
+                    percent(ours.carnahan_starling[index]),
+                    percent(ours.modified_kolafa[index]),
+                    format!("{:.2}", 100.0 * nonlocal[index]),
+                    of_paper.join(", "),
+                ],
+            );
+        }
+    }
+    table
+}
+
+/// The data of each panel: the paper's measures, and ours.
+pub(crate) fn write(outcomes: &[Outcome], directory: &Path) -> Result<(), Failure> {
+    for panel in ["17a", "17b", "17c"] {
+        let of_panel = || outcomes.iter().filter(|outcome| outcome.case.panel == panel);
+        let sets = || {
+            of_panel().flat_map(|outcome| {
+                let papers = outcome.papers.iter().map(|(_, analysis)| analysis);
+                let sets = std::iter::once(&outcome.ours).chain(papers);
+                sets.enumerate().map(move |(set, analysis)| (&outcome.case, set as f64, analysis))
+            })
+        };
+        output::write_csv(
+            &directory.join(format!("figure_{panel}.csv")),
+            "height in d; deviation (33) with its error, and scatter (32), from five runs in bins of 0.1 d, Carnahan-Starling; set 0: ours, 1 and 2: \
+             runs as the paper made them (without --paper: from above, from below)",
+            [
+                "temperature",
+                "growth_rate",
+                "decay_rate",
+                "set",
+                "height",
+                "packing_fraction",
+                "deviation",
+                "deviation_error",
+                "scatter",
+            ],
+            sets().flat_map(|(case, set, analysis)| {
+                let column = [case.temperature, case.growth_rate, case.decay_rate];
+                analysis.points.iter().map(move |point| {
+                    [
+                        column[0],
+                        column[1],
+                        column[2],
+                        set,
+                        point.height,
+                        point.packing_fraction,
+                        point.deviation,
+                        point.deviation_error,
+                        point.scatter,
+                    ]
+                })
+            }),
+        )?;
+        output::write_csv(
+            &directory.join(format!("figure_{panel}_ranges.csv")),
+            "heights in d; P/(nTZ) − 1 over ranges of height, errors by the jackknife; sets as in the other file",
+            [
+                "growth_rate",
+                "decay_rate",
+                "set",
+                "lowest_height",
+                "highest_height",
+                "packing_fraction_of_theory",
+                "carnahan_starling",
+                "carnahan_starling_error",
+                "modified_kolafa",
+                "modified_kolafa_error",
+            ],
+            sets().flat_map(|(case, set, analysis)| {
+                let rows = case.groups.iter().zip(&analysis.carnahan_starling).zip(&analysis.modified_kolafa);
+                rows.map(move |((&group, carnahan_starling), modified_kolafa)| {
+                    [
+                        case.growth_rate,
+                        case.decay_rate,
+                        set,
+                        group[0],
+                        group[1],
+                        case.mean_packing_fraction(group),
+                        carnahan_starling.mean,
+                        carnahan_starling.standard_error,
+                        modified_kolafa.mean,
+                        modified_kolafa.standard_error,
+                    ]
+                })
+            }),
+        )?;
+    }
+    Ok(())
+}
+
+/// What the pictures show.
+pub(crate) fn captions(directory: &Path) -> Result<(), Failure> {
+    let both = "Left: δ (33) and σ (32) as the paper defines them, in its bins of 0.1 d, with its lines: dashed at 2 %, and \
+                upright at the packing fraction where the density changes most. Right: P/(nTZ) − 1 with sign and error bars over \
+                ranges of height, Carnahan-Starling (rings) and modified Kolafa (dots).";
+    write_captions(
+        directory,
+        [
+            ("figure_17a.png", format!("Isothermal, uniform field, T₀ = 5. {both}")),
+            (
+                "figure_17b.png",
+                format!(
+                    "Isothermal, varying field, T₀ = 20: α = 0.05, and the fluid above the crystal at α = 0.1. {both}"
+                ),
+            ),
+            (
+                "figure_17c.png",
+                format!(
+                    "Temperature gradient, T₀ = 20, β = 0.05. {both} Green and purple: what the paper's own field gives \
+                     with as much counting noise, from above and from below: its 7 %. Dashed right: what a local equation must miss \
+                     where the density changes within a diameter, to lowest order."
+                ),
+            ),
+        ],
+    )
+}

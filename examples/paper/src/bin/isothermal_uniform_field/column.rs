@@ -1,0 +1,166 @@
+//! One column: from its start to the steady state, and what is measured there.
+
+use super::layers;
+use super::protocol::{Family, HEIGHT, Side, Task};
+use gradient_mc::field::UniformField;
+use gradient_mc::moves::LocalMoves;
+use gradient_mc::observers::{
+    CenterOfMass, DensityProfile, DisplacementProfile, EquationOfStateProfile, RadialDistribution,
+};
+use gradient_mc::start::{Compact, Positions, Uniform};
+use gradient_mc::temperature::Isothermal;
+use gradient_mc::{Every, Scene, Simulation, Slab};
+use paper::Failure;
+use paper::clock::cpu_seconds;
+use paper::interrupt::Interrupt;
+use paper::progress::Progress;
+use paper::replicas::in_chunks;
+
+/// Height of the bins of the whole column, in diameters.
+pub(crate) const BIN_WIDTH: f64 = 0.5;
+/// Height of the bins at the base, which resolve the contact density and the peaks.
+pub(crate) const FINE_BIN_WIDTH: f64 = 0.01;
+/// Where those bins begin, at the lowest centre, and end.
+pub(crate) const FINE_RANGE: [f64; 2] = [0.5, 3.5];
+/// The base in the paper's bins.
+const BASE_RANGE: [f64; 2] = [0.5, 8.5];
+/// Branches in which the base is measured.
+const ROUNDS: u64 = 32;
+/// Sweeps of small local moves between two looks at the base, and at the order in its first layer.
+const LAYERS_INTERVAL: u64 = 5;
+const FIRST_LAYER_INTERVAL: u64 = 20;
+/// The first layer, a bin of the paper's at the wall.
+const FIRST_LAYER: [f64; 2] = [0.5, 0.6];
+/// Width of the bins of the radial distribution.
+const RADIAL_BIN_WIDTH: f64 = 0.05;
+
+/// What one column has shown.
+pub(crate) struct Column {
+    pub(crate) task: Task,
+    /// From the first sweep on.
+    pub(crate) center_of_mass: CenterOfMass,
+    /// Whole column, in the steady state, as all that follows.
+    pub(crate) profile: EquationOfStateProfile,
+    /// The base as the moves that made the column steady have it.
+    pub(crate) by_own_moves: DensityProfile,
+    pub(crate) layers: Option<Layers>,
+    pub(crate) mobility: Option<DisplacementProfile>,
+    pub(crate) busy: f64,
+}
+
+/// The base, measured in branches by small local moves that leave the steady state of the column's own moves at equal distances.
+///
+/// Small displacements renew the structure of a layer soonest, but hardly move the column as a whole, on whose height the base
+/// depends: in one long run of them the base would keep the height that it began with, and its error bars would not tell.
+pub(crate) struct Layers {
+    pub(crate) base: Every<DensityProfile>,
+    pub(crate) fine: Every<DensityProfile>,
+    pub(crate) first_layer: Every<RadialDistribution>,
+}
+
+impl Layers {
+    fn new(task: &Task, slab: &Slab) -> Result<Self, Failure> {
+        let [layer_low, layer_high] = FIRST_LAYER;
+        let radial_bins = bins(0.5 * task.width, RADIAL_BIN_WIDTH);
+        let first_layer = RadialDistribution::new(slab, layer_low, layer_high, radial_bins)?;
+        Ok(Self {
+            base: Every::new(LAYERS_INTERVAL, base(slab, BASE_RANGE, layers::BIN_WIDTH)?),
+            fine: Every::new(LAYERS_INTERVAL, base(slab, FINE_RANGE, FINE_BIN_WIDTH)?),
+            first_layer: Every::new(FIRST_LAYER_INTERVAL, first_layer),
+        })
+    }
+}
+
+fn base(slab: &Slab, [low, high]: [f64; 2], width: f64) -> Result<DensityProfile, Failure> {
+    Ok(DensityProfile::with_range(slab, low, high, bins(high - low, width))?)
+}
+
+impl Column {
+    /// The centre of mass in the steady state.
+    pub(crate) fn steady(&self) -> CenterOfMass {
+        self.center_of_mass.since(self.task.equilibration + 1)
+    }
+
+    pub(crate) fn weight(&self) -> f64 {
+        self.task.particles() as f64 * self.task.production as f64
+    }
+}
+
+fn bins(range: f64, width: f64) -> usize {
+    // Some hundreds.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let bins = (range / width).round() as usize;
+    bins
+}
+
+/// The sweeps of one round, of all.
+fn share(sweeps: u64, round: u64) -> u64 {
+    sweeps * (round + 1) / ROUNDS - sweeps * round / ROUNDS
+}
+
+/// Simulates a column.
+pub(crate) fn simulate(task: Task, interrupt: &Interrupt, progress: &Progress) -> Result<Column, Failure> {
+    let started = cpu_seconds();
+    let slab = task.slab()?;
+    let scene =
+        Scene::new(slab, task.particles(), UniformField::default(), Isothermal::new(task.temperature)?)?;
+    let builder = Simulation::builder(scene).moves(task.family.moves(&slab)?).seed(task.seed);
+    let mut simulation = match task.side {
+        Side::Above => builder.start(Uniform::default()).build()?,
+        Side::Below => builder.start(Compact).build()?,
+    };
+    let mut center_of_mass = Every::new(task.interval, CenterOfMass::new());
+    let mut profile = Every::new(
+        task.interval,
+        EquationOfStateProfile::with_range(&slab, 0.5, HEIGHT - 0.5, bins(HEIGHT - 1.0, BIN_WIDTH))?,
+    );
+    let mut by_own_moves = Every::new(task.interval, base(&slab, BASE_RANGE, layers::BIN_WIDTH)?);
+    let hidden = Progress::hidden();
+    in_chunks(task.equilibration, interrupt, &hidden, |sweeps| {
+        progress.advance(sweeps * task.cost_of_sweep());
+        simulation.equilibrate(sweeps, &mut center_of_mass)
+    })?;
+    let mut layers = if task.layers > 0 { Some(Layers::new(&task, &slab)?) } else { None };
+    for round in 0..ROUNDS {
+        in_chunks(share(task.production, round), interrupt, &hidden, |sweeps| {
+            progress.advance(sweeps * task.cost_of_sweep());
+            simulation.run(sweeps, &mut (&mut center_of_mass, &mut profile, &mut by_own_moves))
+        })?;
+        if let Some(layers) = &mut layers {
+            let start = Positions(simulation.positions());
+            let moves = LocalMoves::new(task.small_displacement(), &slab)?;
+            let builder = Simulation::builder(scene).moves(moves).seed(task.seed ^ ((1 + round) << 40));
+            let mut branch = builder.start(start).build()?;
+            in_chunks(share(task.layers, round), interrupt, &hidden, |sweeps| {
+                progress.advance(sweeps * task.particles() as u64);
+                branch.run(sweeps, &mut (&mut layers.base, &mut layers.fine, &mut layers.first_layer))
+            })?;
+        }
+    }
+    let mobility = if task.mobility > 0 {
+        // The paper's moves in the steady state that ours have reached.
+        let start = Positions(simulation.positions());
+        let builder = Simulation::builder(scene).moves(Family::Paper.moves(&slab)?).seed(!task.seed);
+        let mut simulation = builder.start(start).build()?;
+        let mut mobility = Every::new(
+            task.interval,
+            DisplacementProfile::with_range(&slab, 0.5, HEIGHT - 0.5, bins(HEIGHT - 1.0, BIN_WIDTH))?,
+        );
+        in_chunks(task.mobility, interrupt, &hidden, |sweeps| {
+            progress.advance(sweeps * task.particles() as u64);
+            simulation.run(sweeps, &mut mobility)
+        })?;
+        Some(mobility.observer)
+    } else {
+        None
+    };
+    Ok(Column {
+        task,
+        center_of_mass: center_of_mass.observer,
+        profile: profile.observer,
+        by_own_moves: by_own_moves.observer,
+        layers,
+        mobility,
+        busy: cpu_seconds() - started,
+    })
+}

@@ -1,0 +1,100 @@
+//! Figures 2 to 6 of Mehrotra, Puri and Khakhar (doi:10.1103/PhysRevE.83.061306): an isothermal column in a uniform field, 40
+//! spheres per area of the base, in a box 400 high, at T₀ = 5, 15, 20 and 30.
+//!
+//! | figure | content |
+//! |---|---|
+//! | 2 | height of the centre of mass against sweeps, by the paper's moves and by ours; inset: plateau against T₀ |
+//! | 3a, 3b | density against height with theory; on a logarithmic scale with the ideal gas |
+//! | 4 | layers at the base; inset: lateral radial distribution of the first |
+//! | 5 | mean accepted displacement against height |
+//! | 6 | equation of state |
+//! | layered base | what the paper leaves out: against density functional theory and the contact theorem |
+//!
+//! Columns of two bases come to their steady state from far above and from far below. Each figure is a CSV file, a PNG and an SVG,
+//! and makes claims that the data decide: the exit code is 1 if one fails.
+
+// Temperatures and widths are labels here: copied, never computed.
+#![allow(clippy::float_cmp)]
+
+mod column;
+mod figure_02;
+mod figure_03;
+mod figure_04;
+mod figure_05;
+mod figure_06;
+mod layered_base;
+mod layers;
+mod log_polynomial;
+mod protocol;
+mod report;
+mod state;
+mod steadiness;
+mod theory;
+
+use clap::Parser;
+use column::Column;
+use paper::interrupt::Interrupt;
+use paper::progress::Progress;
+use paper::{Ending, Failure, conclude, output, replicas};
+use protocol::{Arguments, Protocol, Task};
+use report::Report;
+use state::State;
+use std::process::ExitCode;
+use std::time::Instant;
+
+fn main() -> ExitCode {
+    conclude(run(&Arguments::parse()))
+}
+
+fn run(arguments: &Arguments) -> Result<Ending, Failure> {
+    let protocol = Protocol::new(arguments);
+    let directory = arguments.shared.directory("isothermal_uniform_field");
+    output::create_directory(&directory)?;
+    let interrupt = Interrupt::listen()?;
+    println!("{protocol}");
+
+    let started = Instant::now();
+    let progress = Progress::new(protocol.cost(), "columns");
+    // The longest first, so that the threads end together.
+    let mut order: Vec<usize> = (0..protocol.tasks().count()).collect();
+    let tasks: Vec<Task> = protocol.tasks().copied().collect();
+    order.sort_by_key(|&number| std::cmp::Reverse(tasks[number].cost()));
+    let ordered = order.iter().map(|&number| tasks[number]).collect();
+    let simulated = replicas::in_parallel(arguments.shared.threads, ordered, |task| {
+        column::simulate(task, &interrupt, &progress)
+    })?;
+    progress.finish();
+    let mut columns: Vec<(usize, Column)> = order.into_iter().zip(simulated).collect();
+    columns.sort_by_key(|&(number, _)| number);
+    let mut steady: Vec<Column> = columns.into_iter().map(|(_, column)| column).collect();
+    let falling = steady.split_off(protocol.steady.len());
+    if interrupt.pressed() {
+        println!("interrupted: the figures that can be drawn need every column");
+        return Ok(Ending::Interrupted);
+    }
+
+    let mut report = Report::new(directory);
+    let states = arguments
+        .temperatures()
+        .map(|temperature| State::new(temperature, &steady))
+        .collect::<Result<Vec<_>, _>>()?;
+    figure_02::report(&states, &steady, &falling, &mut report)?;
+    figure_03::report(&states, &mut report)?;
+    figure_04::report(&states, &mut report)?;
+    figure_05::report(&states, &mut report)?;
+    figure_06::report(&states, &mut report)?;
+    layered_base::report(&states, &mut report)?;
+    report.finish()?;
+
+    let busy: f64 = states.iter().map(State::busy).sum();
+    let fell: f64 = falling.iter().map(|column| column.busy).sum();
+    println!("\n{}", report.verdicts);
+    println!(
+        "{busy:.0} CPU s for the columns that are measured{}; {:.0} s on {} threads. Errors are one standard error.\nwritten to {}",
+        if fell > 0.0 { format!(", {fell:.0} for the fall by the paper's moves") } else { String::new() },
+        started.elapsed().as_secs_f64(),
+        replicas::thread_count(arguments.shared.threads),
+        report.directory.display()
+    );
+    Ok(report.verdicts.ending())
+}

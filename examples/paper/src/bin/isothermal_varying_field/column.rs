@@ -1,0 +1,183 @@
+//! One column at T = 20 in a field exp(αx): from the random start to its steady state, and what it does there.
+
+use super::protocol::{Base, Protocol, Stage};
+use gradient_mc::equation_of_state::EquationOfState;
+use gradient_mc::field::ExponentialField;
+use gradient_mc::hydrostatics::{HydrostaticProfile, Hydrostatics};
+use gradient_mc::observers::{CenterOfMass, DisplacementProfile, EquationOfStateProfile};
+use gradient_mc::start::{Positions, Start, Uniform};
+use gradient_mc::temperature::Isothermal;
+use gradient_mc::{Error, Every, Scene, Simulation, Vector3, Warning};
+use paper::Failure;
+use paper::interrupt::Interrupt;
+use paper::progress::Progress;
+use paper::replicas::in_chunks;
+use std::time::Duration;
+
+/// A column of the paper's system (b).
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Column {
+    /// α, per diameter.
+    pub(crate) rate: f64,
+    pub(crate) base: Base,
+}
+
+/// What a run of a column saw.
+#[derive(Debug, Clone)]
+pub(crate) struct Run {
+    /// From the start on.
+    pub(crate) center_of_mass: CenterOfMass,
+    /// One for each interval of measurement.
+    pub(crate) profiles: Vec<EquationOfStateProfile>,
+    pub(crate) positions: Vec<Vector3<f64>>,
+    /// What speaks against its measurement.
+    pub(crate) warnings: Vec<Warning>,
+    pub(crate) busy: Duration,
+}
+
+/// Height of the bins, that of the paper.
+pub(crate) const BIN: f64 = 0.1;
+
+impl Column {
+    pub(crate) fn scene(&self) -> Result<Scene<ExponentialField, Isothermal>, Failure> {
+        let temperature = Isothermal::new(Protocol::TEMPERATURE)?;
+        let field = ExponentialField::new(self.rate)?;
+        Ok(Scene::new(self.base.slab()?, self.base.particles(), field, temperature)?)
+    }
+
+    /// The theory profile between the walls.
+    pub(crate) fn theory<E: EquationOfState + Clone>(
+        &self,
+        equation_of_state: E,
+    ) -> Result<HydrostaticProfile, Failure> {
+        let temperature = Isothermal::new(Protocol::TEMPERATURE)?;
+        let theory = Hydrostatics::new(ExponentialField::new(self.rate)?, temperature, equation_of_state);
+        Ok(theory.between_walls(&self.base.slab()?, Protocol::COLUMN_DENSITY)?)
+    }
+
+    /// From spheres at random, n = 0.1, as the paper starts.
+    pub(crate) fn settle(
+        &self,
+        stage: &Stage,
+        seed: u64,
+        interrupt: &Interrupt,
+        progress: &Progress,
+    ) -> Result<Run, Failure> {
+        self.run(Uniform::default(), stage, seed, interrupt, progress)
+    }
+
+    /// Runs a stage and looks at the column all the while.
+    fn run(
+        &self,
+        start: impl Start,
+        stage: &Stage,
+        seed: u64,
+        interrupt: &Interrupt,
+        progress: &Progress,
+    ) -> Result<Run, Failure> {
+        let clock = Clock::start();
+        let mut simulation =
+            Simulation::builder(self.scene()?).start(start).moves(stage.moves).seed(seed).build()?;
+        let mut center_of_mass = Every::new(stage.interval, CenterOfMass::new());
+        in_chunks(stage.equilibration, interrupt, progress, |sweeps| {
+            simulation.equilibrate(sweeps, &mut center_of_mass)
+        })?;
+        let mut profiles = Vec::new();
+        for &sweeps in &stage.intervals {
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+            let bins = (Protocol::HEIGHT / BIN).round() as usize;
+            let slab = *simulation.scene().slab();
+            let mut profile = Every::new(stage.interval, EquationOfStateProfile::new(&slab, bins)?);
+            in_chunks(sweeps, interrupt, progress, |sweeps| {
+                simulation.run(sweeps, &mut (&mut center_of_mass, &mut profile))
+            })?;
+            profiles.push(profile.observer);
+        }
+        Ok(Run {
+            center_of_mass: center_of_mass.observer,
+            profiles,
+            positions: simulation.positions(),
+            warnings: if stage.intervals.is_empty() { Vec::new() } else { simulation.warnings() },
+            busy: clock.busy(),
+        })
+    }
+
+    /// How far the paper's moves get in a sweep, by height, from a steady state that other moves have reached.
+    pub(crate) fn mobility(
+        &self,
+        positions: &[Vector3<f64>],
+        seed: u64,
+    ) -> Result<DisplacementProfile, Failure> {
+        /// Sweeps for the structure around a sphere to become that of these moves' own run, and of the measurement.
+        const SWEEPS: [u64; 2] = [200, 3200];
+        const INTERVAL: u64 = 20;
+        let scene = self.scene()?;
+        let slab = *scene.slab();
+        let mut simulation = Simulation::builder(scene)
+            .start(Positions(positions.to_vec()))
+            .moves(Protocol::local_moves(self.rate, &slab)?)
+            .seed(seed)
+            .build()?;
+        let profile = DisplacementProfile::with_range(&slab, 0.5, 100.5, 100)?;
+        let mut profile = Every::new(INTERVAL, profile);
+        simulation.equilibrate(SWEEPS[0], &mut ())?;
+        simulation.run(SWEEPS[1], &mut profile)?;
+        Ok(profile.observer)
+    }
+}
+
+/// All profiles of some runs as one.
+pub(crate) fn pooled<'a>(
+    profiles: impl IntoIterator<Item = &'a EquationOfStateProfile>,
+) -> Result<EquationOfStateProfile, Failure> {
+    let mut profiles = profiles.into_iter();
+    let mut sum = profiles.next().ok_or("nothing was measured")?.clone();
+    for profile in profiles {
+        sum.merge(profile)?;
+    }
+    Ok(sum)
+}
+
+/// What is left of the series of all runs after `equilibration` sweeps, and after what the data then still show of
+/// it; and where that begins, unless a series is too short to tell.
+///
+/// The fall from the random start is cut off first. It is so high that it hides everything else, and since it decays
+/// as slowly as the column forgets, a rule that maximises the number of independent heights takes it for one of many fluctuations.
+pub(crate) fn plateau(runs: &[Run], equilibration: u64) -> Result<(CenterOfMass, Vec<Option<u64>>), Error> {
+    let mut sum = CenterOfMass::new();
+    let mut beginnings = Vec::new();
+    for run in runs {
+        let measured = run.center_of_mass.since(equilibration);
+        let (rest, beginning) = match measured.equilibrated() {
+            Ok(rest) => {
+                let first = rest.sweeps().first().copied();
+                (rest, first)
+            }
+            Err(Error::NotEquilibrated { .. }) => (measured, None),
+            Err(error) => return Err(error),
+        };
+        sum.merge(&rest)?;
+        beginnings.push(beginning);
+    }
+    Ok((sum, beginnings))
+}
+
+/// Processor time of this thread, since others may want the same core.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Clock(Duration);
+
+impl Clock {
+    pub(crate) fn start() -> Self {
+        Self(Self::now())
+    }
+
+    pub(crate) fn busy(&self) -> Duration {
+        Self::now().saturating_sub(self.0)
+    }
+
+    fn now() -> Duration {
+        let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+        let part = |value: i64| u64::try_from(value).unwrap_or(0);
+        Duration::from_secs(part(time.tv_sec)) + Duration::from_nanos(part(time.tv_nsec))
+    }
+}

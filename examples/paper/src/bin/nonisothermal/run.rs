@@ -1,0 +1,182 @@
+//! The simulations: ours, and the paper's.
+
+use super::column::{Column, HEIGHT};
+use gradient_mc::drive::{EquationOfStateClosure, ForceBalance, Instantaneous, SelfConsistent};
+use gradient_mc::moves::{EventChains, LocalMoves};
+use gradient_mc::observers::{CenterOfMass, DisplacementProfile, EquationOfStateProfile};
+use gradient_mc::start::{Compact, Positions, Uniform};
+use gradient_mc::{Every, Simulation, Slab, Warning};
+use paper::Failure;
+use paper::interrupt::Interrupt;
+use paper::progress::Progress;
+use paper::replicas::in_chunks;
+
+/// Largest displacement of the paper's moves along each axis.
+pub(crate) const MAXIMUM_DISPLACEMENT: f64 = 0.75;
+/// Bins of density and pressure: those of the paper's field are 0.1 always.
+pub(crate) const BIN: f64 = 0.25;
+
+/// How long, how often and how wide.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Protocol {
+    /// Side of the base.
+    pub(crate) width: f64,
+    /// Independent runs of ours for every β: half of them from above, half from below.
+    pub(crate) replicas: u64,
+    /// Sweeps of ours that are discarded.
+    pub(crate) equilibration: u64,
+    /// Sweeps of ours that are measured.
+    pub(crate) sweeps: u64,
+    /// Sweeps of small moves for the mobility.
+    pub(crate) mobility_sweeps: u64,
+    /// Sweeps of the paper's protocol that are discarded, and as many that are measured; none: it is left out.
+    pub(crate) paper_sweeps: Option<u64>,
+}
+
+impl Protocol {
+    /// Sweeps of ours that are discarded and measured: the steepest column remembers longest.
+    pub(crate) fn sweeps_of(&self, decay_rate: f64) -> [u64; 2] {
+        let times = if decay_rate > 0.04 { 2 } else { 1 };
+        [times * self.equilibration, times * self.sweeps]
+    }
+}
+
+/// Whose run it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Method {
+    /// Event chains and tuned moves in a field that was iterated, then frozen.
+    Ours,
+    /// Small moves in a field that follows every configuration.
+    Papers,
+}
+
+/// Where a run comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Side {
+    Above,
+    Below,
+}
+
+/// What a run measured.
+#[derive(Debug, Clone)]
+pub(crate) struct Measured {
+    pub(crate) profile: EquationOfStateProfile,
+    pub(crate) center_of_mass: CenterOfMass,
+    pub(crate) mobility: DisplacementProfile,
+    pub(crate) balance: ForceBalance,
+    pub(crate) side: Side,
+    pub(crate) warnings: Vec<Warning>,
+}
+
+impl Measured {
+    /// Adds another run of the same column; the centres of mass stay apart.
+    pub(crate) fn merge(&mut self, other: &Self) -> Result<(), Failure> {
+        self.profile.merge(&other.profile)?;
+        self.mobility.merge(&other.mobility)?;
+        Ok(self.balance.merge(&other.balance)?)
+    }
+}
+
+/// One run.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Run<'a> {
+    pub(crate) column: &'a Column,
+    pub(crate) protocol: Protocol,
+    pub(crate) method: Method,
+    pub(crate) side: Side,
+    pub(crate) seed: u64,
+}
+
+impl Run<'_> {
+    /// Sweeps, for the progress bar.
+    pub(crate) fn work(&self) -> u64 {
+        match self.method {
+            Method::Ours => self.protocol.sweeps_of(self.column.decay_rate).iter().sum(),
+            Method::Papers => 2 * self.protocol.paper_sweeps.unwrap_or(0),
+        }
+    }
+
+    pub(crate) fn measure(&self, interrupt: &Interrupt, progress: &Progress) -> Result<Measured, Failure> {
+        match self.method {
+            Method::Ours => self.ours(interrupt, progress),
+            Method::Papers => self.papers(interrupt, progress),
+        }
+    }
+
+    fn ours(&self, interrupt: &Interrupt, progress: &Progress) -> Result<Measured, Failure> {
+        let moves = EventChains::default().local_moves(Some(LocalMoves::tuned()));
+        let builder = Simulation::builder(self.column.scene()?)
+            .scheme(SelfConsistent::default())
+            .moves(moves)
+            .seed(self.seed);
+        let mut simulation = match self.side {
+            Side::Above => builder.start(Uniform::default()).build()?,
+            Side::Below => builder.start(Compact).build()?,
+        };
+        let [equilibration, sweeps] = self.protocol.sweeps_of(self.column.decay_rate);
+        in_chunks(equilibration, interrupt, progress, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
+        // The dilute top forgets from sweep to sweep: to look often costs little and tells more.
+        let mut observers = Every::new(2, (profile(&self.column.slab)?, CenterOfMass::new()));
+        let made = in_chunks(sweeps, interrupt, progress, |sweeps| simulation.run(sweeps, &mut observers))?;
+        require_all(made, sweeps)?;
+        let balance = simulation.force_balance().ok_or("there is a field to be judged")?.clone();
+        let warnings = simulation.warnings();
+        // The paper's moves, from here on, for the mobility, in the theory's field, which is within a fifth of a per cent of
+        // the one that was measured.
+        let moves = LocalMoves::new(MAXIMUM_DISPLACEMENT, &self.column.slab)?;
+        let mut slow = Simulation::builder(self.column.scene()?)
+            .scheme(EquationOfStateClosure::default())
+            .moves(moves)
+            .start(Positions(simulation.positions()))
+            .seed(self.seed ^ 0x5eed)
+            .build()?;
+        let mut mobility = Every::new(5, mobility(&self.column.slab)?);
+        slow.run(self.protocol.mobility_sweeps, &mut mobility)?;
+        let (profile, center_of_mass) = observers.observer;
+        Ok(Measured {
+            profile,
+            center_of_mass,
+            mobility: mobility.observer,
+            balance,
+            side: self.side,
+            warnings,
+        })
+    }
+
+    fn papers(&self, interrupt: &Interrupt, progress: &Progress) -> Result<Measured, Failure> {
+        let moves = LocalMoves::new(MAXIMUM_DISPLACEMENT, &self.column.slab)?;
+        let mut simulation = Simulation::builder(self.column.scene()?)
+            .scheme(Instantaneous::default())
+            .moves(moves)
+            .start(Uniform::default())
+            .seed(self.seed)
+            .build()?;
+        let sweeps = self.protocol.paper_sweeps.unwrap_or(0);
+        in_chunks(sweeps, interrupt, progress, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
+        let slab = &self.column.slab;
+        let mut observers = Every::new(10, (profile(slab)?, CenterOfMass::new(), mobility(slab)?));
+        let made = in_chunks(sweeps, interrupt, progress, |sweeps| simulation.run(sweeps, &mut observers))?;
+        require_all(made, sweeps)?;
+        let balance = simulation.force_balance().ok_or("there is a field to be judged")?.clone();
+        let (profile, center_of_mass, mobility) = observers.observer;
+        let warnings = simulation.warnings();
+        Ok(Measured { profile, center_of_mass, mobility, balance, side: self.side, warnings })
+    }
+}
+
+fn require_all(made: u64, asked: u64) -> Result<(), Failure> {
+    if made < asked { Err("interrupted before enough was measured".into()) } else { Ok(()) }
+}
+
+/// From the lowest centre to the highest.
+fn profile(slab: &Slab) -> Result<EquationOfStateProfile, Failure> {
+    // Some 1600.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let bins = ((HEIGHT - 1.0) / BIN).round() as usize;
+    Ok(EquationOfStateProfile::with_range(slab, 0.5, HEIGHT - 0.5, bins)?)
+}
+
+/// In bins of a diameter.
+fn mobility(slab: &Slab) -> Result<DisplacementProfile, Failure> {
+    Ok(DisplacementProfile::with_range(slab, 0.5, HEIGHT - 0.5, 399)?)
+}

@@ -1,0 +1,143 @@
+//! A column that is being simulated, whatever it is made of, behind one face.
+
+use crate::method::{Method, Moves, Scheme, Start};
+use crate::profile::{COLUMN_DENSITY, ColumnObserver, HEIGHT, Profile};
+use crate::system::System;
+use gradient_mc::drive::{
+    self, Adaptation, AveragedThenFrozen, ClosedForm, Drive, EquationOfStateClosure, Instantaneous,
+    IsothermalDrive, MappedDrive, RunningAverage, SelfConsistent,
+};
+use gradient_mc::field::UniformField;
+use gradient_mc::moves::{EventChains, LocalMoves};
+use gradient_mc::temperature::Isothermal;
+use gradient_mc::{Every, Field, Scene, Simulation, Slab, TemperatureProfile, start};
+use paper::Failure;
+use paper::clock::cpu_seconds;
+
+/// The paper's largest displacement.
+const DISPLACEMENT: f64 = 0.75;
+
+/// What was measured in a stretch of a run.
+#[derive(Debug, Clone)]
+pub(crate) struct Stretch {
+    pub(crate) profile: Profile,
+    /// CPU seconds of the measurement.
+    pub(crate) seconds: f64,
+}
+
+/// A column at the end of its equilibration so far.
+pub(crate) trait Column: Send {
+    /// Goes on equilibrating; CPU seconds.
+    fn equilibrate(&mut self, sweeps: u64) -> Result<f64, Failure>;
+
+    /// What a production run that began here would measure. The column itself stays where it is.
+    fn measure(&self, sweeps: u64) -> Result<Stretch, Failure>;
+}
+
+impl<F, T, D> Column for Simulation<F, T, D>
+where
+    F: Field + Clone + Send,
+    T: TemperatureProfile + Clone + Send,
+    D: Drive<F, T> + LidPressure + Clone + Send,
+{
+    fn equilibrate(&mut self, sweeps: u64) -> Result<f64, Failure> {
+        let start = cpu_seconds();
+        Simulation::equilibrate(self, sweeps, &mut ())?;
+        Ok(cpu_seconds() - start)
+    }
+
+    fn measure(&self, sweeps: u64) -> Result<Stretch, Failure> {
+        // Neighbouring sweeps look alike; of a short run every one is wanted.
+        let interval = (sweeps / 250).clamp(1, 5);
+        let mut production = self.clone();
+        let start = cpu_seconds();
+        let mut observer = Every::new(interval, ColumnObserver::new()?);
+        production.run(sweeps, &mut observer)?;
+        let scene = production.scene();
+        let lid_pressure = production.drive().assumed_lid_pressure();
+        let profile = observer.observer.profile(scene.slab().base_area(), scene.particles(), lid_pressure)?;
+        let seconds = cpu_seconds() - start;
+        Ok(Stretch { profile, seconds })
+    }
+}
+
+/// The pressure on the lid that belongs to a drive: what weights are counted from.
+pub(crate) trait LidPressure {
+    fn assumed_lid_pressure(&self) -> f64;
+}
+
+impl LidPressure for IsothermalDrive {
+    fn assumed_lid_pressure(&self) -> f64 {
+        0.0
+    }
+}
+
+impl<A: Adaptation> LidPressure for MappedDrive<A> {
+    fn assumed_lid_pressure(&self) -> f64 {
+        self.lid_pressure()
+    }
+}
+
+/// Spheres over a square base of this side.
+pub(crate) fn particles(width: f64) -> usize {
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let particles = (COLUMN_DENSITY * width * width).round() as usize;
+    particles
+}
+
+/// A column of a system, at its start, and the CPU seconds that it took to put it there.
+pub(crate) fn build(system: System, method: Method, seed: u64) -> Result<(Box<dyn Column>, f64), Failure> {
+    let begin = cpu_seconds();
+    let slab = Slab::new(HEIGHT, method.width, method.width)?;
+    let particles = particles(method.width);
+    let column = match system {
+        System::Isothermal => {
+            let temperature = Isothermal::new(system.base_temperature())?;
+            let scene = Scene::new(slab, particles, UniformField::default(), temperature)?;
+            with_moves(scene, ClosedForm, method, seed)?
+        }
+        System::VaryingField => {
+            let temperature = Isothermal::new(system.base_temperature())?;
+            let scene = Scene::new(slab, particles, system.field()?, temperature)?;
+            with_moves(scene, ClosedForm, method, seed)?
+        }
+        System::VaryingTemperature => {
+            let scene = Scene::new(slab, particles, UniformField::default(), system.temperature()?)?;
+            match method.scheme {
+                Scheme::SelfConsistent => with_moves(scene, SelfConsistent::default(), method, seed)?,
+                Scheme::Closure => with_moves(scene, EquationOfStateClosure::default(), method, seed)?,
+                Scheme::RunningAverage => with_moves(scene, RunningAverage::default(), method, seed)?,
+                Scheme::AveragedThenFrozen => with_moves(scene, AveragedThenFrozen::default(), method, seed)?,
+                Scheme::Instantaneous => with_moves(scene, Instantaneous::default(), method, seed)?,
+            }
+        }
+    };
+    Ok((column, cpu_seconds() - begin))
+}
+
+fn with_moves<F, T, S>(
+    scene: Scene<F, T>,
+    scheme: S,
+    method: Method,
+    seed: u64,
+) -> Result<Box<dyn Column>, Failure>
+where
+    F: Field + Clone + Send + 'static,
+    T: TemperatureProfile + Clone + Send + 'static,
+    S: drive::Scheme<F, T>,
+    S::Drive: LidPressure + Clone + Send + 'static,
+{
+    let moves = match method.moves {
+        Moves::Paper => LocalMoves::new(DISPLACEMENT, scene.slab())?.into(),
+        Moves::Tuned => LocalMoves::tuned().into(),
+        Moves::ChainsAndTuned => EventChains::default().local_moves(Some(LocalMoves::tuned())).into(),
+        Moves::ChainsAlone => EventChains::default().local_moves(None).into(),
+    };
+    let moves: gradient_mc::moves::Moves = moves;
+    let builder = Simulation::builder(scene).scheme(scheme).moves(moves).seed(seed);
+    Ok(match method.start {
+        Start::Uniform => Box::new(builder.start(start::Uniform::default()).build()?),
+        Start::Compact => Box::new(builder.start(start::Compact).build()?),
+        Start::Theory => Box::new(builder.start(start::Theory).build()?),
+    })
+}

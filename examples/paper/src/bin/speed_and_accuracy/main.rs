@@ -1,0 +1,218 @@
+//! Speed against accuracy: every way there is to n(x) and P(x) of the three systems of Mehrotra, Puri and Khakhar
+//! (doi:10.1103/PhysRevE.83.061306), from the formula of the ideal gas to event chains on the full base, by its true error
+//! and the CPU time that it takes; and what a gradient buys: the equation of state from one run, against homogeneous runs.
+//!
+//! | error of | is |
+//! |---|---|
+//! | n(x) | the misplaced fraction ½∫abs(n − n') dx/(N/A), n averaged over bins one diameter high |
+//! | P(x) | the largest abs(P − P') over P' at the base, at the middles of these bins |
+//!
+//! n', P' are those of long runs that are stored in `reference/`, with their errors. Times are CPU seconds of the thread, which do not count
+//! what others do on the machine, though it slows down what they count; two threads are two replicas, and their time that of the slower, what the clock of an
+//! idle machine would show. How long a run is depends on the time it takes; what it measures depends on the seed only.
+//!
+//! A result whose true error is more than twice the one that it claims is over-confident: a ring in the charts.
+//! `--long` makes the reference runs anew.
+
+mod chart;
+mod column;
+mod contest;
+mod gradient;
+mod method;
+mod pace;
+mod point;
+mod profile;
+mod reference;
+mod report;
+mod series;
+mod system;
+mod theory;
+mod verdict;
+
+use chart::Data;
+use clap::Parser;
+use contest::Contest;
+use method::Method;
+use paper::arguments::SharedArguments;
+use paper::progress::Progress;
+use paper::{Ending, Failure, conclude, output, replicas};
+use point::Quantity;
+use reference::Reference;
+use series::{Checkpoint, Task};
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use system::System;
+use verdict::Verdict;
+
+/// Charts the error of every method against its time, and the gradient against homogeneous runs.
+#[derive(Parser, Debug)]
+#[command(name = "speed_and_accuracy")]
+struct Arguments {
+    #[command(flatten)]
+    shared: SharedArguments,
+    /// Makes the reference runs anew first, and stores them with the example: five minutes more on two cores
+    #[arg(long)]
+    long: bool,
+    /// Only the reference runs, with `--long`
+    #[arg(long, requires = "long")]
+    only_reference: bool,
+    /// Takes the references from this directory; by default those that the program was compiled with
+    #[arg(long)]
+    reference: Option<PathBuf>,
+    /// CPU seconds of the longest run that is waited for on the small base; twice as many on the full one
+    #[arg(long, default_value_t = 1.5)]
+    patience: f64,
+    /// CPU seconds of the longest gradient run for the equation of state; a quarter for the homogeneous ones, each way
+    #[arg(long, default_value_t = 16.0)]
+    gradient_patience: f64,
+    /// Leaves out the full base, for a quick look
+    #[arg(long)]
+    small: bool,
+    /// Replicas on the small base; half as many on the full one
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(2..=1000))]
+    replicas: u64,
+    /// Relative error of the equation of state that times are quoted for
+    #[arg(long, default_value_t = 0.005)]
+    target: f64,
+}
+
+fn main() -> ExitCode {
+    conclude(run(&Arguments::parse()))
+}
+
+fn run(arguments: &Arguments) -> Result<Ending, Failure> {
+    let directory = arguments.shared.directory("speed_and_accuracy");
+    output::create_directory(&directory)?;
+    if arguments.long {
+        reference::make(arguments.shared.seed, arguments.shared.threads, &reference::directory())?;
+        println!("references written to {}", reference::directory().display());
+        if arguments.only_reference {
+            return Ok(Ending::Finished);
+        }
+    }
+    let followed = simulate(arguments)?;
+    let references = references(arguments)?;
+    let mut refusals = Vec::new();
+    let mut points = Vec::new();
+    // While nothing else runs: microseconds are easily disturbed.
+    for (system, reference) in System::ALL.into_iter().zip(&references) {
+        let mut own = theory::points(system, reference, &mut refusals)?;
+        for (_, method, replicas) in followed.iter().filter(|(of, ..)| *of == system) {
+            own.extend(series::points(*method, replicas, reference));
+        }
+        points.push(own);
+    }
+    let contest = Contest::run(arguments.shared.seed, arguments.shared.threads, arguments.gradient_patience)?;
+    let all: Vec<Data<'_>> = System::ALL
+        .into_iter()
+        .zip(&points)
+        .zip(&references)
+        .map(|((system, points), reference)| Data { system, points, reference })
+        .collect();
+    write(&all, &contest, arguments.target, &directory)?;
+    for refusal in &refusals {
+        println!("no result: {}, {}: {}", refusal.name, refusal.system.title(), refusal.reason);
+    }
+    println!("{}", pace::table(arguments.shared.seed)?);
+    conclude_from(&all, &contest, arguments.target, &directory)
+}
+
+fn references(arguments: &Arguments) -> Result<Vec<Reference>, Failure> {
+    let new = arguments.long.then(reference::directory);
+    match arguments.reference.as_ref().or(new.as_ref()) {
+        Some(directory) => System::ALL.into_iter().map(|system| Reference::read(system, directory)).collect(),
+        None => System::ALL.into_iter().map(Reference::stored).collect(),
+    }
+}
+
+/// A method and the checkpoints of its replicas.
+type Followed = (System, Method, Vec<Vec<Checkpoint>>);
+
+/// Follows all simulations: checkpoints of every replica.
+fn simulate(arguments: &Arguments) -> Result<Vec<Followed>, Failure> {
+    let replicas_of = |method: &Method| {
+        if method.is_full() { (arguments.replicas / 2).max(2) } else { arguments.replicas }
+    };
+    let mut methods: Vec<(System, Method)> = System::ALL
+        .into_iter()
+        .flat_map(|system| Method::all(system).into_iter().map(move |method| (system, method)))
+        .filter(|(_, method)| !(arguments.small && method.is_full()))
+        .collect();
+    // The longest first, so that the threads end together.
+    methods.sort_by_key(|(_, method)| !method.is_full());
+    let base_seed = arguments.shared.seed.wrapping_mul(1_000_003);
+    let tasks: Vec<Task> = methods
+        .iter()
+        .flat_map(|&(system, method)| {
+            let patience = arguments.patience * if method.is_full() { 2.0 } else { 1.0 };
+            (0..replicas_of(&method)).map(move |replica| {
+                let seed = base_seed.wrapping_add(replica);
+                Task { system, method, seed, patience }
+            })
+        })
+        .collect();
+    let progress = Progress::new(tasks.len() as u64, "simulations");
+    let mut followed = replicas::in_parallel(arguments.shared.threads, tasks, |task| {
+        let checkpoints = task.follow()?;
+        progress.advance(1);
+        Ok(checkpoints)
+    })?
+    .into_iter();
+    progress.finish();
+    let mut all = Vec::new();
+    for (system, method) in methods {
+        let own = followed.by_ref().take(usize::try_from(replicas_of(&method))?).collect();
+        all.push((system, method, own));
+    }
+    Ok(all)
+}
+
+/// Tables of numbers and pictures.
+fn write(all: &[Data<'_>], contest: &Contest, target: f64, directory: &Path) -> Result<(), Failure> {
+    report::write_points(all, &directory.join("speed_and_accuracy.csv"))?;
+    report::write_contest(contest, &directory.join("equation_of_state.csv"))?;
+    for data in all {
+        chart::draw_system(*data, &directory.join(data.system.name()))?;
+        if data.system == System::VaryingTemperature {
+            chart::draw_schemes(*data, &directory.join("schemes"))?;
+        }
+    }
+    chart::draw_claims(all, &directory.join("claims"))?;
+    chart::draw_contest(contest, target, &directory.join("equation_of_state"))?;
+    chart::draw_overview(all, contest, target, &directory.join("speed_and_accuracy"))
+}
+
+/// Tables and claims on the terminal.
+fn conclude_from(
+    all: &[Data<'_>],
+    contest: &Contest,
+    target: f64,
+    directory: &Path,
+) -> Result<Ending, Failure> {
+    for data in all {
+        println!("\n{}", report::system_table(data));
+        for quantity in Quantity::BOTH {
+            println!("{}", report::front_table(data, quantity));
+        }
+    }
+    println!("{}", report::threads_table(all));
+    for (temperature, densest, particles) in contest.columns()? {
+        println!(
+            "gradient at T = {temperature}: {particles} spheres, packing fraction up to {densest:.3} above the layers"
+        );
+    }
+    println!("\n{}", report::deviations_table(contest));
+    for target in [4.0 * target, 2.0 * target, target, 0.5 * target] {
+        println!("\n{}", report::contest_table(contest, target, true));
+    }
+    println!("\n{}", report::contest_table(contest, target, false));
+    println!("≈: not reached; as if the error fell on with the square root of time.");
+    let mut verdict = Verdict::default();
+    for data in all {
+        verdict.judge_system(data);
+    }
+    verdict.judge_contest(contest, target);
+    verdict.print();
+    println!("written to {}", directory.display());
+    Ok(if verdict.holds() { Ending::Finished } else { Ending::ClaimFailed })
+}

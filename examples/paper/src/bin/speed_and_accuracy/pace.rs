@@ -1,0 +1,69 @@
+//! Whether the homogeneous opponent is a fair one: its moves per CPU second beside the library's, in turn.
+
+use gradient_mc::equation_of_state::number_density;
+use gradient_mc::field::UniformField;
+use gradient_mc::moves::{EventChains, LocalMoves};
+use gradient_mc::temperature::Isothermal;
+use gradient_mc::{Scene, Simulation, Slab};
+use paper::Failure;
+use paper::clock::cpu_seconds;
+use paper::homogeneous::{Homogeneous, Technique};
+use paper::table::Table;
+
+const TURNS: usize = 5;
+
+/// Million trials and million events per CPU second of both, medians of turns.
+pub(crate) fn table(seed: u64) -> Result<Table, Failure> {
+    let mut table = Table::new([
+        "million per CPU second",
+        "trials, homogeneous",
+        "trials, library",
+        "events, homogeneous",
+        "events, library",
+    ]);
+    for eta in [0.1, 0.25, 0.45] {
+        let mut rates: [Vec<f64>; 4] = Default::default();
+        let mut local = Homogeneous::new(4, eta, Technique::Local, seed);
+        let mut chains = Homogeneous::new(4, eta, Technique::Chains, seed);
+        local.equilibrate(200);
+        chains.equilibrate(200);
+        // The same density between walls, without weight, some 1000 spheres.
+        let slab = Slab::new(20.0, 8.0, 8.0)?;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let particles = (number_density(eta) * 19.0 * slab.base_area()).round() as usize;
+        let scene = Scene::new(slab, particles, UniformField::new(0.0)?, Isothermal::new(1.0)?)?;
+        let displacement = local.displacement();
+        let builder = || Simulation::builder(scene).seed(seed);
+        let mut trials = builder().moves(LocalMoves::new(displacement, &slab)?).build()?;
+        let mut events = builder().moves(EventChains::default().local_moves(None)).build()?;
+        trials.equilibrate(200, &mut ())?;
+        events.equilibrate(200, &mut ())?;
+        for _ in 0..TURNS {
+            rates[0].push(rate(|| Ok(local.moves(100)))?);
+            rates[1].push(rate(|| {
+                let before = trials.tally().trials;
+                trials.run(40, &mut ())?;
+                Ok(trials.tally().trials - before)
+            })?);
+            rates[2].push(rate(|| Ok(chains.moves(100)))?);
+            rates[3].push(rate(|| {
+                let before = events.tally().events;
+                events.run(40, &mut ())?;
+                Ok(events.tally().events - before)
+            })?);
+        }
+        let cells = rates.map(|mut rates| {
+            rates.sort_by(f64::total_cmp);
+            format!("{:.1}", rates[TURNS / 2])
+        });
+        table.row(&format!("packing fraction {eta}"), cells);
+    }
+    Ok(table)
+}
+
+/// Millions per CPU second.
+fn rate(work: impl FnOnce() -> Result<u64, Failure>) -> Result<f64, Failure> {
+    let start = cpu_seconds();
+    let done = work()?;
+    Ok(1e-6 * done as f64 / (cpu_seconds() - start))
+}

@@ -1,0 +1,5 @@
+//! The models of a column: their scenes, what was measured of them, and the fit.
+
+pub mod data;
+pub mod fit;
+pub mod scenes;

@@ -1,0 +1,142 @@
+//! Columns by their numbers, and the ones that calibrate.
+
+use gradient_mc::equation_of_state::{FluidSolid, ModifiedKolafa};
+use gradient_mc::field::ExponentialField;
+use gradient_mc::temperature::ExponentialTemperature;
+use gradient_mc::{Error, Generator, Hydrostatics, Scene, Slab};
+use rand::{RngExt, SeedableRng};
+
+/// A scene of the paper's kind.
+pub type Column = Scene<ExponentialField, ExponentialTemperature>;
+
+/// What makes a column: a(x) = exp(αx), T(x) = T₀ exp(−βx), N/A.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Parameters {
+    pub temperature: f64,
+    pub field_rate: f64,
+    pub decay_rate: f64,
+    pub column_density: f64,
+}
+
+/// T₀, α, β, N/A: the paper's three systems first, then dense and dilute, tall and flat, in both gradients.
+const CALIBRATION: [[f64; 4]; 26] = [
+    [20.0, 0.0, 0.0, 40.0],
+    [20.0, 0.02, 0.0, 40.0],
+    [20.0, 0.0, 0.02, 40.0],
+    [5.0, 0.0, 0.0, 40.0],
+    [1.0, 0.0, 0.0, 0.3],
+    [1.0, 0.0, 0.0, 1.0],
+    [1.0, 0.0, 0.0, 3.0],
+    [1.0, 0.0, 0.0, 8.0],
+    [2.0, 0.0, 0.0, 6.0],
+    [4.0, 0.05, 0.0, 4.0],
+    [4.0, 0.0, 0.05, 4.0],
+    [2.0, 0.1, 0.0, 1.5],
+    [10.0, 0.0, 0.0, 0.5],
+    [10.0, 0.05, 0.03, 10.0],
+    [40.0, 0.0, 0.0, 40.0],
+    [3.0, 0.0, 0.03, 12.0],
+    [40.0, 0.0, 0.0, 2.0],
+    [1.5, 0.0, 0.04, 1.5],
+    [1.0, 0.1, 0.05, 1.0],
+    [1.0, 0.0, 0.05, 2.0],
+    [3.0, 0.1, 0.0, 3.0],
+    [1.0, 0.0, 0.0, 10.0],
+    [1.0, 0.0, 0.0, 0.6],
+    [6.0, 0.0, 0.0, 1.5],
+    [2.0, 0.0, 0.0, 0.25],
+    [1.5, 0.05, 0.02, 5.0],
+];
+
+/// A scene that no constant was fitted to, and how well it is to be known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HeldOut {
+    pub parameters: Parameters,
+    pub tolerance: f64,
+}
+
+impl HeldOut {
+    const SEED: u64 = 2026;
+
+    /// The first draws of one generator:
+    ///
+    /// - T₀ = 40^(u²): between 1 and 40, flat columns more often than tall ones, since tall ones hardly need a simulation;
+    /// - weight N/(A T₀) log-uniform between 0.005 and 10 (the hard-sphere fluid freezes at P/T = 11.56 and α, β add to it);
+    /// - α = 0 in half of them, else uniform up to 0.1; β = 0 in half of them, else uniform up to 0.05;
+    /// - tolerance log-uniform between 0.3 and 15 %;
+    ///
+    /// all rounded to three significant digits; N/A outside [0.05, 40] is drawn again.
+    pub fn draw(count: usize) -> Vec<Self> {
+        let mut generator = Generator::seed_from_u64(Self::SEED);
+        let mut unit = || generator.random::<f64>();
+        let mut scenes = Vec::with_capacity(count);
+        while scenes.len() < count {
+            let root = unit();
+            let temperature = three_digits(libm::pow(40.0, root * root));
+            let weight = log_uniform(unit(), 0.005, 10.0);
+            let [field, decay] = [0.1, 0.05].map(|most| (unit() < 0.5, three_digits(most * unit())));
+            let tolerance = three_digits(log_uniform(unit(), 0.003, 0.15));
+            let column_density = three_digits(weight * temperature);
+            let rate = |(is_zero, rate): (bool, f64)| if is_zero { 0.0 } else { rate };
+            let parameters =
+                Parameters { temperature, field_rate: rate(field), decay_rate: rate(decay), column_density };
+            if (0.05..=40.0).contains(&column_density) {
+                scenes.push(Self { parameters, tolerance });
+            }
+        }
+        scenes
+    }
+}
+
+fn log_uniform(unit: f64, low: f64, high: f64) -> f64 {
+    low * libm::pow(high / low, unit)
+}
+
+fn three_digits(value: f64) -> f64 {
+    format!("{value:.2e}").parse().unwrap_or(value)
+}
+
+impl Parameters {
+    /// Fewest spheres over the base of a reference, and its smallest side.
+    pub const WIDE: (usize, f64) = (300, 8.0);
+
+    /// Whether the fluid of the theory would freeze, or cannot carry the weight at all.
+    pub fn freezes(&self) -> Result<bool, Error> {
+        let field = ExponentialField::new(self.field_rate)?;
+        let temperature = ExponentialTemperature::new(self.temperature, self.decay_rate)?;
+        let theory = Hydrostatics::new(field, temperature, ModifiedKolafa).base(0.5);
+        match theory.column_density(self.column_density) {
+            Ok(profile) => Ok(profile.domain_exit().is_some()),
+            // So dense that the solver does not get there.
+            Err(Error::EquationOfStateExhausted { .. } | Error::HydrostaticsNotConverged { .. }) => Ok(true),
+            Err(error) => Err(error),
+        }
+    }
+
+    pub fn calibration() -> Vec<Self> {
+        CALIBRATION
+            .iter()
+            .map(|&[temperature, field_rate, decay_rate, column_density]| Self {
+                temperature,
+                field_rate,
+                decay_rate,
+                column_density,
+            })
+            .collect()
+    }
+
+    /// The scene over a square base with at least `particles` spheres on at least `side` x `side`; the lid lies where the theory has one sphere in 10⁵
+    /// above, and two diameters more.
+    pub fn scene(&self, particles: usize, side: f64) -> Result<Column, Error> {
+        let field = ExponentialField::new(self.field_rate)?;
+        let temperature = ExponentialTemperature::new(self.temperature, self.decay_rate)?;
+        let theory = Hydrostatics::new(field, temperature, FluidSolid::default())
+            .base(0.5)
+            .column_density(self.column_density)?;
+        let height = theory.height_of_fraction(1.0 - 1e-5).ceil() + 2.0;
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let particles = particles.max((self.column_density * side * side).ceil() as usize);
+        let side = (particles as f64 / self.column_density).sqrt();
+        Scene::new(Slab::new(height, side, side)?, particles, field, temperature)
+    }
+}

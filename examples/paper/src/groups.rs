@@ -1,0 +1,86 @@
+//! Ranges of heights over which a measured column is compared with theory.
+
+use gradient_mc::HydrostaticProfile;
+use gradient_mc::observers::BinState;
+use gradient_mc::statistics::Estimate;
+
+/// The height, from `lowest` on, at which |d ln n/dx| of the theory first exceeds `steepest`, to a tenth of a diameter: a
+/// local equation of state cannot be expected to hold where ln n changes by much over a diameter.
+pub fn end_of_gentle_slope(theory: &HydrostaticProfile, lowest: f64, steepest: f64, lid: f64) -> f64 {
+    let slope = |height: f64| {
+        let (below, above) = (theory.number_density(height - 0.05), theory.number_density(height + 0.05));
+        libm::log(above / below) / 0.1
+    };
+    let mut highest = lowest;
+    while slope(highest).abs() < steepest && highest < lid - 1.0 {
+        highest += 0.1;
+    }
+    highest
+}
+
+/// The edges of `groups` ranges of heights from `lowest` to `highest` that hold equally many spheres, so that the dilute top is
+/// known as well as the rest.
+pub fn edges_of_equal_numbers(
+    theory: &HydrostaticProfile,
+    [lowest, highest]: [f64; 2],
+    groups: usize,
+) -> Vec<f64> {
+    let (low, high) = (theory.column_below(lowest), theory.column_below(highest));
+    (0..=groups)
+        .map(|edge| {
+            let part = (low + (high - low) * edge as f64 / groups as f64) / theory.column_density();
+            theory.height_of_fraction(part)
+        })
+        .collect()
+}
+
+/// The ranges between successive edges.
+pub fn ranges_between(edges: &[f64]) -> Vec<[f64; 2]> {
+    edges.windows(2).map(|group| [group[0], group[1]]).collect()
+}
+
+/// Means of a quantity over the bins whose middles lie in ranges of heights; the states are in order.
+pub fn means_over(states: &[BinState], ranges: &[[f64; 2]], value: impl Fn(&BinState) -> f64) -> Vec<f64> {
+    let below = |height: f64| states.partition_point(|state| state.height < height);
+    let mean = |&[low, high]: &[f64; 2]| {
+        let inside = &states[below(low)..below(high)];
+        inside.iter().map(&value).sum::<f64>() / inside.len() as f64
+    };
+    ranges.iter().map(mean).collect()
+}
+
+/// The one farthest from zero, with its sign. NaN if there is none or one of them is, so that what could not be measured fails a
+/// claim.
+pub fn farthest_from_zero(values: impl IntoIterator<Item = Estimate>) -> Estimate {
+    let farthest = values.into_iter().max_by(|first, second| first.mean.abs().total_cmp(&second.mean.abs()));
+    farthest.unwrap_or(Estimate::new(f64::NAN, f64::NAN))
+}
+
+/// Without its sign.
+pub fn magnitude(Estimate { mean, standard_error, .. }: Estimate) -> Estimate {
+    Estimate::new(mean.abs(), standard_error)
+}
+
+/// The largest. NaN if there is none or one of them is, for the same reason; `f64::max` would pass over it.
+pub fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
+    let larger = |first: f64, second: f64| if first >= second || first.is_nan() { first } else { second };
+    values.into_iter().reduce(larger).unwrap_or(f64::NAN)
+}
+
+#[cfg(test)]
+mod tests {
+    // Inside, since benches have this file without a test harness.
+    #[test]
+    fn what_could_not_be_measured_is_not_passed_over() {
+        use super::{Estimate, farthest_from_zero, largest};
+        let estimates =
+            |means: &[f64]| means.iter().map(|&mean| Estimate::new(mean, 0.1)).collect::<Vec<_>>();
+        assert!((farthest_from_zero(estimates(&[0.5, -2.0, 1.0])).mean + 2.0).abs() < 1e-15);
+        assert!((largest([0.5, -2.0, 1.0]) - 1.0).abs() < 1e-15);
+        for unknown in [f64::NAN, -f64::NAN] {
+            assert!(farthest_from_zero(estimates(&[0.5, unknown, 1.0])).mean.is_nan());
+            assert!(largest([unknown, 0.5]).is_nan() && largest([0.5, unknown, 1.0]).is_nan());
+        }
+        assert!(farthest_from_zero([]).mean.is_nan() && largest([]).is_nan());
+    }
+}

@@ -1,0 +1,43 @@
+//! Tables on the terminal: one row per quantity, one column per case.
+
+use std::fmt;
+
+/// A table with a label at the head of each row.
+#[derive(Debug, Clone)]
+pub struct Table {
+    rows: Vec<Vec<String>>,
+}
+
+impl Table {
+    /// A table with these column heads; the first is that of the labels.
+    pub fn new(head: impl IntoIterator<Item = impl Into<String>>) -> Self {
+        Self { rows: vec![head.into_iter().map(Into::into).collect()] }
+    }
+
+    /// Adds a row; an empty one stays blank.
+    pub fn row(&mut self, label: &str, cells: impl IntoIterator<Item = String>) {
+        self.rows.push(std::iter::once(label.to_owned()).chain(cells).collect());
+    }
+}
+
+impl fmt::Display for Table {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
+        let width = |column: usize| {
+            self.rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max()
+        };
+        let widths: Vec<usize> = (0..columns).map(|column| width(column).unwrap_or(0)).collect();
+        for (index, row) in self.rows.iter().enumerate() {
+            let mut line = String::new();
+            for (column, (cell, width)) in row.iter().zip(&widths).enumerate() {
+                let cell = if column == 0 { format!("{cell:<width$}") } else { format!("   {cell:>width$}") };
+                line.push_str(&cell);
+            }
+            writeln!(formatter, "{}", line.trim_end())?;
+            if index == 0 {
+                writeln!(formatter, "{}", "-".repeat(widths.iter().sum::<usize>() + 3 * (columns - 1)))?;
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,145 @@
+//! Verdicts: what a figure claims, the number that was measured, and the range it has to lie in.
+
+use super::output::create_directory;
+use super::table::Table;
+use super::{Ending, Failure};
+use gradient_mc::statistics::Estimate;
+use std::fmt;
+use std::path::Path;
+
+/// One claim with the number that decides it.
+#[derive(Debug, Clone)]
+pub struct Verdict {
+    /// The figure of the paper, such as "7 inset".
+    pub figure: String,
+    /// In words, with the quantity that is measured and its unit.
+    pub claim: String,
+    pub measured: Estimate,
+    /// The range in which the measured mean has to lie; one end may be infinite.
+    pub lowest: f64,
+    pub highest: f64,
+}
+
+impl Verdict {
+    /// Whether the measured mean lies in the range. What could not be measured does not.
+    ///
+    /// The error bar is shown and not used: a claim that is to hold within so many errors puts them into its range, or
+    /// measures the deviation in errors.
+    pub fn holds(&self) -> bool {
+        (self.lowest..=self.highest).contains(&self.measured.mean)
+    }
+
+    /// What was measured, with its error if it has one.
+    pub fn measured_in_words(&self) -> String {
+        if self.measured.standard_error > 0.0 { self.measured.to_string() } else { brief(self.measured.mean) }
+    }
+
+    /// The range in words.
+    pub fn range(&self) -> String {
+        match (self.lowest.is_finite(), self.highest.is_finite()) {
+            (true, true) => format!("{} to {}", brief(self.lowest), brief(self.highest)),
+            (true, false) => format!("at least {}", brief(self.lowest)),
+            (false, true) => format!("at most {}", brief(self.highest)),
+            (false, false) => "anything".into(),
+        }
+    }
+}
+
+/// All verdicts of an example.
+#[derive(Debug, Clone, Default)]
+pub struct Verdicts(Vec<Verdict>);
+
+impl Verdicts {
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Claims that the measured mean is `threshold` at most.
+    pub fn at_most(&mut self, figure: &str, claim: &str, measured: Estimate, threshold: f64) {
+        self.between(figure, claim, measured, f64::NEG_INFINITY, threshold);
+    }
+
+    /// Claims that the measured mean is `threshold` at least.
+    pub fn at_least(&mut self, figure: &str, claim: &str, measured: Estimate, threshold: f64) {
+        self.between(figure, claim, measured, threshold, f64::INFINITY);
+    }
+
+    /// Claims that the measured mean lies between two thresholds.
+    pub fn between(&mut self, figure: &str, claim: &str, measured: Estimate, lowest: f64, highest: f64) {
+        let (figure, claim) = (figure.to_owned(), claim.to_owned());
+        self.0.push(Verdict { figure, claim, measured, lowest, highest });
+    }
+
+    /// Claims that the measured mean is within `standard_errors` of its errors of `expected`, and that this says
+    /// something: that the error is no larger than `largest_error`.
+    pub fn agrees(
+        &mut self,
+        figure: &str,
+        claim: &str,
+        measured: Estimate,
+        (expected, standard_errors): (f64, f64),
+        largest_error: f64,
+    ) {
+        let error = measured.standard_error;
+        // An error bar that is too large, or none, makes the range empty.
+        let reach = if error <= largest_error { standard_errors * error } else { f64::NAN };
+        self.between(figure, claim, measured, expected - reach, expected + reach);
+    }
+
+    pub fn iter(&self) -> impl Iterator<Item = &Verdict> {
+        self.0.iter()
+    }
+
+    /// How an example with these verdicts ends. One without any has claimed nothing, and that is no success either.
+    pub fn ending(&self) -> Ending {
+        let good = !self.0.is_empty() && self.0.iter().all(Verdict::holds);
+        if good { Ending::Finished } else { Ending::ClaimFailed }
+    }
+
+    /// Writes `verdicts.csv`: figure, claim, measured, error, range, and `holds` as true or false.
+    pub fn write_csv(&self, directory: &Path) -> Result<(), Failure> {
+        create_directory(directory)?;
+        let mut writer = csv::Writer::from_path(directory.join("verdicts.csv"))?;
+        writer.write_record([
+            "figure",
+            "claim",
+            "measured",
+            "standard_error",
+            "lowest",
+            "highest",
+            "holds",
+        ])?;
+        for verdict in &self.0 {
+            writer.write_record([
+                verdict.figure.clone(),
+                verdict.claim.clone(),
+                verdict.measured.mean.to_string(),
+                verdict.measured.standard_error.to_string(),
+                verdict.lowest.to_string(),
+                verdict.highest.to_string(),
+                verdict.holds().to_string(),
+            ])?;
+        }
+        writer.flush()?;
+        Ok(())
+    }
+}
+
+impl fmt::Display for Verdicts {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mut table = Table::new(["figure: claim", "measured", "must be", "holds"]);
+        for verdict in &self.0 {
+            let holds = if verdict.holds() { "yes" } else { "NO" };
+            let label = format!("{}: {}", verdict.figure, verdict.claim);
+            table.row(&label, [verdict.measured_in_words(), verdict.range(), holds.to_owned()]);
+        }
+        let held = self.0.iter().filter(|verdict| verdict.holds()).count();
+        writeln!(formatter, "{table}{held} of {} claims hold", self.0.len())
+    }
+}
+
+/// Four significant digits.
+fn brief(value: f64) -> String {
+    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
+    format!("{rounded}")
+}

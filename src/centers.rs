@@ -1,8 +1,8 @@
-//! The centres of all spheres, gathered only if somebody looks.
+//! The centers of all spheres, gathered only if somebody looks.
 
 use crate::configuration::Configuration;
 
-/// The centres of the spheres of a configuration, in diameters.
+/// The centers of the spheres of a configuration, in diameters.
 ///
 /// The moves keep spheres sorted by place, not by number. Asking for heights in any order is cheap; the
 /// first to ask for all positions after a sweep has them put in order.

@@ -145,7 +145,7 @@ pub enum Error {
     },
     /// Two given spheres overlap.
     #[error(
-        "spheres {first} and {second} overlap: their centres are {distance} diameters apart, less than 1",
+        "spheres {first} and {second} overlap: their centers are {distance} diameters apart, less than 1",
         distance = figures(*distance)
     )]
     Overlap {
@@ -153,13 +153,13 @@ pub enum Error {
         first: usize,
         /// Index of the second sphere.
         second: usize,
-        /// Distance of their centres.
+        /// Distance of their centers.
         distance: f64,
     },
     /// A given sphere lies outside the slab, or a coordinate is not a number.
     #[error(
         "sphere {index} has {axis} = {value}, outside [{lowest}, {highest}]: \
-         move it inside (centres stay half a diameter off the walls)",
+         move it inside (centers stay half a diameter off the walls)",
         value = figures(*value), lowest = figures(*lowest), highest = figures(*highest)
     )]
     OutsideSlab {
@@ -185,7 +185,7 @@ pub enum Error {
     /// Random sequential insertion found no room for the next sphere.
     #[error(
         "random insertion placed {placed} of {requested} spheres (packing fraction {packing_fraction:.3}) \
-         and then failed {attempts} times: start from the theory profile or a compact crystal instead"
+         and then failed {attempts} times: start from the theory profile or a close-packed crystal instead"
     )]
     InsertionFailed {
         /// Spheres placed.

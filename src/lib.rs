@@ -45,7 +45,7 @@
 
 mod centers;
 mod configuration;
-mod diagnosis;
+mod diagnostics;
 pub mod drive;
 pub mod equation_of_state;
 mod error;
@@ -72,7 +72,7 @@ pub use error::Error;
 pub use field::Field;
 pub use hydrostatics::{HydrostaticProfile, Hydrostatics};
 pub use nalgebra::Vector3;
-pub use observer::{AcceptedMove, Collision, Every, Frame, Observer, ObserverError, Recorder, Tally};
+pub use observer::{AcceptedMove, Collision, Every, Frame, MoveCounts, Observer, ObserverError, Recorder};
 pub use random::Generator;
 pub use scene::Scene;
 pub use simulation::{Simulation, SimulationBuilder};

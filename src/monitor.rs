@@ -58,7 +58,7 @@ impl Recorder for Acceptance {
 
 /// Notes about production: it reads configurations and moves, and changes neither them nor the generator.
 ///
-/// The series of the centre of mass is thinned whenever it is full, so that it spans the run in bounded memory, and the
+/// The series of the center of mass is thinned whenever it is full, so that it spans the run in bounded memory, and the
 /// longer a run the less it costs.
 #[derive(Debug, Clone)]
 pub(crate) struct Monitor {
@@ -166,7 +166,7 @@ impl Monitor {
         self.generation
     }
 
-    /// Heights of the centre of mass, evenly spaced in time over production.
+    /// Heights of the center of mass, evenly spaced in time over production.
     pub(crate) fn series(&self) -> &[f64] {
         &self.series
     }

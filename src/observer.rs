@@ -17,7 +17,7 @@ pub struct Frame<'a> {
     pub(crate) temperature: &'a dyn TemperatureProfile,
     pub(crate) centers: Centers<'a>,
     pub(crate) sweep: u64,
-    pub(crate) tally: &'a Tally,
+    pub(crate) move_counts: &'a MoveCounts,
 }
 
 impl std::fmt::Debug for Frame<'_> {
@@ -56,14 +56,14 @@ impl<'a> Frame<'a> {
         self.centers.count()
     }
 
-    /// Centres of the spheres in diameters, x up, y and z inside the periodic widths. A sphere keeps
+    /// Centers of the spheres in diameters, x up, y and z inside the periodic widths. A sphere keeps
     /// its place in this order for the whole run.
     #[must_use]
     pub fn positions(&self) -> impl ExactSizeIterator<Item = Vector3<f64>> + Clone + 'a {
         self.centers.positions().iter().map(|&[x, y, z]| Vector3::new(x, y, z))
     }
 
-    /// Heights of the centres, in the order of [`positions`](Self::positions).
+    /// Heights of the centers, in the order of [`positions`](Self::positions).
     #[must_use]
     pub fn heights(&self) -> impl ExactSizeIterator<Item = f64> + Clone + 'a {
         self.centers.positions().iter().map(|position| position[0])
@@ -77,15 +77,15 @@ impl<'a> Frame<'a> {
 
     /// Trials and acceptances since the simulation was built.
     #[must_use]
-    pub fn tally(&self) -> &'a Tally {
-        self.tally
+    pub fn move_counts(&self) -> &'a MoveCounts {
+        self.move_counts
     }
 }
 
 /// Counts of moves and what became of them, since the simulation was built.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[non_exhaustive]
-pub struct Tally {
+pub struct MoveCounts {
     /// Local moves tried.
     pub trials: u64,
     /// Local moves accepted.
@@ -96,7 +96,7 @@ pub struct Tally {
     pub events: u64,
 }
 
-impl Tally {
+impl MoveCounts {
     /// Fraction of trial moves that were accepted; NaN before the first.
     #[must_use]
     pub fn acceptance(&self) -> f64 {
@@ -109,7 +109,7 @@ impl Tally {
         self.accepted + self.events + self.chains
     }
 
-    /// What was counted since an earlier tally of the same run; zero if it is not earlier.
+    /// What was counted since an earlier move_counts of the same run; zero if it is not earlier.
     #[must_use]
     pub fn since(&self, earlier: &Self) -> Self {
         Self {

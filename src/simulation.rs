@@ -1,13 +1,13 @@
 //! The simulation: a scene, its drive, a configuration and a generator.
 
 use crate::configuration::Configuration;
-use crate::diagnosis::Case;
+use crate::diagnostics::Case;
 use crate::drive::{
     Adaptation, Certificate, ClosedForm, Drive, ForceBalance, IsothermalDrive, MappedDrive, Phase, Scheme,
 };
 use crate::monitor::{Both, Monitor};
 use crate::moves::{Engine, LocalMoves, Moves, Sweep, TunedDisplacements};
-use crate::observer::{Frame, Observer, Recorder, Tally};
+use crate::observer::{Frame, MoveCounts, Observer, Recorder};
 use crate::random::Generator;
 use crate::start::{Start, Theory};
 use crate::{Centers, Error, Field, Scene, TemperatureProfile, Warning};
@@ -50,7 +50,7 @@ pub struct Simulation<F, T, D = IsothermalDrive> {
     configuration: Configuration,
     generator: Generator,
     sweep: u64,
-    tally: Tally,
+    move_counts: MoveCounts,
     phase: Phase,
     monitor: Monitor,
 }
@@ -139,7 +139,7 @@ impl<F, T, S, P> SimulationBuilder<F, T, S, P> {
             configuration,
             generator,
             sweep: 0,
-            tally: Tally::default(),
+            move_counts: MoveCounts::default(),
             phase: Phase::Equilibration,
         })
     }
@@ -187,7 +187,7 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
                 drive: &self.drive,
                 configuration: &mut self.configuration,
                 generator: &mut self.generator,
-                tally: &mut self.tally,
+                move_counts: &mut self.move_counts,
                 phase: self.phase,
                 recorder,
             })?;
@@ -211,7 +211,7 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
     ///
     /// | judged | raises |
     /// |---|---|
-    /// | the series of the centre of mass: its drift, its memory, and its variance against what equilibrium demands of it | [`TooShort`](Warning::TooShort), [`NotMixed`](Warning::NotMixed) |
+    /// | the series of the center of mass: its drift, its memory, and its variance against what equilibrium demands of it | [`TooShort`](Warning::TooShort), [`NotMixed`](Warning::NotMixed) |
     /// | its mean against [`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls), where that is good | [`FarFromTheory`](Warning::FarFromTheory), [`NoTheory`](Warning::NoTheory) |
     /// | every 128th sweep, if all moves are local | [`LowAcceptance`](Warning::LowAcceptance) |
     /// | the balance of forces and the field, where the temperature varies | [`FeedbackNotConverged`](Warning::FeedbackNotConverged), [`CountingNoise`](Warning::CountingNoise), [`ChangesWhileMeasuring`](Warning::ChangesWhileMeasuring), [`SteepGradient`](Warning::SteepGradient), [`DensityJump`](Warning::DensityJump) |
@@ -224,14 +224,14 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
     ///
     /// ```
     /// use gradient_mc::{Scene, Simulation, Slab, Warning, field::UniformField, temperature::Isothermal};
-    /// use gradient_mc::{moves::EventChains, start::Uniform};
+    /// use gradient_mc::{moves::EventChains, start::RandomInsertion};
     /// let scene = Scene::new(Slab::new(100.0, 5.0, 5.0)?, 250, UniformField::default(), Isothermal::new(4.0)?)?;
     /// let mut simulation = Simulation::builder(scene).moves(EventChains::default()).seed(1).build()?;
     /// simulation.equilibrate(500, &mut ())?;
     /// simulation.run(3000, &mut ())?;
     /// assert_eq!(simulation.warnings(), []);
     /// // Small moves, and a start far above: it is still falling.
-    /// let mut simulation = Simulation::builder(scene).start(Uniform::default()).maximum_displacement(0.1).build()?;
+    /// let mut simulation = Simulation::builder(scene).start(RandomInsertion::default()).maximum_displacement(0.1).build()?;
     /// simulation.run(300, &mut ())?;
     /// for warning in simulation.warnings() {
     ///     println!("{warning}");
@@ -258,7 +258,7 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
             temperature: self.scene.temperature(),
             centers: Centers::new(&self.configuration),
             sweep: self.sweep,
-            tally: &self.tally,
+            move_counts: &self.move_counts,
         }
     }
 }
@@ -310,8 +310,8 @@ impl<F, T, D> Simulation<F, T, D> {
     }
 
     /// Trials and acceptances so far.
-    pub fn tally(&self) -> &Tally {
-        &self.tally
+    pub fn move_counts(&self) -> &MoveCounts {
+        &self.move_counts
     }
 
     /// The maximum displacements of [`LocalMoves::tuned`] as they are now, alone or between event chains; none of
@@ -320,7 +320,7 @@ impl<F, T, D> Simulation<F, T, D> {
         self.engine.local()?.tuning()
     }
 
-    /// Centres of the spheres, in diameters; what a later run needs to go on from here with
+    /// Centers of the spheres, in diameters; what a later run needs to go on from here with
     /// [`start::Positions`](crate::start::Positions).
     pub fn positions(&self) -> Vec<Vector3<f64>> {
         self.configuration.positions().iter().map(|&position| position.into()).collect()

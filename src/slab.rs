@@ -5,7 +5,7 @@ use std::f64::consts::{PI, SQRT_2};
 
 /// A tall box: periodic in y and z, hard walls at x = 0 and x = height.
 ///
-/// Lengths are in sphere diameters. A wall stops the *surface* of a sphere, so a centre lives in
+/// Lengths are in sphere diameters. A wall stops the *surface* of a sphere, so a center lives in
 /// `[0.5, height - 0.5]`.
 ///
 /// ```
@@ -73,13 +73,13 @@ impl Slab {
         self.widths[0] * self.widths[1]
     }
 
-    /// Lowest height of a sphere's centre.
+    /// Lowest height of a sphere's center.
     #[must_use]
     pub fn lowest_center(&self) -> f64 {
         0.5
     }
 
-    /// Highest height of a sphere's centre.
+    /// Highest height of a sphere's center.
     #[must_use]
     pub fn highest_center(&self) -> f64 {
         self.height - 0.5

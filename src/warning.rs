@@ -20,7 +20,7 @@ use std::fmt;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
-    /// Production was too short for any judgement.
+    /// Production was too short for any judgment.
     TooShort {
         /// Sweeps of production so far.
         sweeps: u64,
@@ -45,9 +45,9 @@ pub enum Warning {
         /// What gives it away.
         evidence: MixingEvidence,
     },
-    /// The centre of mass is far from where the theory has it, where the theory is good.
+    /// The center of mass is far from where the theory has it, where the theory is good.
     FarFromTheory {
-        /// Height of the centre of mass, with the error that the run claims.
+        /// Height of the center of mass, with the error that the run claims.
         center_of_mass: Estimate,
         /// That of [`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls).
         theory: f64,
@@ -92,7 +92,7 @@ pub enum Warning {
         strain: f64,
         /// Narrower periodic width.
         width: f64,
-        /// Distance of neighbours in the unstrained crystal at the base.
+        /// Distance of neighbors in the unstrained crystal at the base.
         lattice_constant: f64,
     },
     /// Spheres of a dense layer see their own images.
@@ -174,17 +174,17 @@ pub enum Warning {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum MixingEvidence {
-    /// The centre of mass still moves.
+    /// The center of mass still moves.
     Drift {
         /// Its height in the second half of production less that in the first.
         drift: Estimate,
     },
-    /// The centre of mass has seen few independent configurations.
+    /// The center of mass has seen few independent configurations.
     FewIndependent {
         /// As many independent configurations would know its height as well.
         effective_sample_size: f64,
     },
-    /// The centre of mass fluctuates less than it must in equilibrium.
+    /// The center of mass fluctuates less than it must in equilibrium.
     TooQuiet {
         /// Variance of its height in production.
         variance: f64,
@@ -197,18 +197,18 @@ impl fmt::Display for MixingEvidence {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Drift { drift } => {
-                write!(formatter, "the centre of mass still moves, by {drift} between the halves of it")
+                write!(formatter, "the center of mass still moves, by {drift} between the halves of it")
             }
             Self::FewIndependent { effective_sample_size } => {
                 let number = effective_sample_size;
                 write!(
                     formatter,
-                    "the centre of mass is known as from {number:.0} independent configurations"
+                    "the center of mass is known as from {number:.0} independent configurations"
                 )
             }
             Self::TooQuiet { variance, required } => write!(
                 formatter,
-                "the centre of mass has a variance of {variance:.2e}, where equilibrium demands {required:.2e}"
+                "the center of mass has a variance of {variance:.2e}, where equilibrium demands {required:.2e}"
             ),
         }
     }
@@ -236,7 +236,7 @@ impl fmt::Display for Warning {
             ),
             Self::FarFromTheory { center_of_mass, theory } => write!(
                 formatter,
-                "far from theory: the centre of mass is at {center_of_mass}, where hydrostatics has {theory:.3}: \
+                "far from theory: the center of mass is at {center_of_mass}, where hydrostatics has {theory:.3}: \
                  equilibrate longer, or start from the theory profile"
             ),
             Self::FeedbackNotConverged { certificate } => {
@@ -267,7 +267,7 @@ impl fmt::Display for Warning {
             ),
             Self::BoxIncommensurate { strain, width, lattice_constant } => write!(
                 formatter,
-                "box incommensurate: a crystal with neighbours {lattice_constant:.3} apart is strained by {:.1} % to fit \
+                "box incommensurate: a crystal with neighbors {lattice_constant:.3} apart is strained by {:.1} % to fit \
                  the base ({width:.2} across): take widths of whole rows, or a larger base",
                 100.0 * strain,
             ),

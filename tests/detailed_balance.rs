@@ -18,7 +18,7 @@ use gradient_mc::drive::{
 use gradient_mc::equation_of_state::{EquationOfState, FluidSolid};
 use gradient_mc::field::UniformField;
 use gradient_mc::hydrostatics::Hydrostatics;
-use gradient_mc::start::{Positions, Uniform};
+use gradient_mc::start::{Positions, RandomInsertion};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{
     AcceptedMove, Error, Field, Frame, Observer, ObserverError, Recorder, Scene, Simulation, Slab,
@@ -141,7 +141,7 @@ where
 {
     Simulation::builder(scene)
         .scheme(scheme)
-        .start(Uniform::new(0.15))
+        .start(RandomInsertion::new(0.15))
         .maximum_displacement(0.5)
         .seed(7)
         .build()

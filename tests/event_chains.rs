@@ -15,7 +15,7 @@ use gradient_mc::equation_of_state::IdealGas;
 use gradient_mc::field::{ExponentialField, LinearField, SumField, UniformField};
 use gradient_mc::moves::{EventChains, FieldEvent, LocalMoves, Moves};
 use gradient_mc::observers::{CenterOfMass, DensityProfile};
-use gradient_mc::start::{Compact, Positions, Uniform};
+use gradient_mc::start::{ClosePacked, Positions, RandomInsertion};
 use gradient_mc::statistics::{BlockAverages, Estimate};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{
@@ -131,7 +131,8 @@ fn two_spheres() {
     let scene = Scene::new(slab, 2, UniformField::default(), Isothermal::new(1.0).unwrap()).unwrap();
     for rule in RULES {
         for moves in [chains(0.4, rule), chains(3.0, rule), tuned(rule)] {
-            let build = || Simulation::builder(scene).start(Uniform::default()).moves(moves).seed(5).build();
+            let build =
+                || Simulation::builder(scene).start(RandomInsertion::default()).moves(moves).seed(5).build();
             let heights = center_of_mass(build().unwrap(), 2_000_000, 10);
             agrees("mean height", heights.estimate().unwrap(), TWO_SPHERES_MEAN, 0.01).unwrap();
             agrees("variance", heights.variance().unwrap(), TWO_SPHERES_VARIANCE, 0.016).unwrap();
@@ -139,7 +140,7 @@ fn two_spheres() {
         let profile = DensityProfile::with_range(&slab, 0.5, 0.7, 10).unwrap();
         let mut observer = Every::new(4, profile);
         let moves = chains(3.0, rule);
-        let builder = Simulation::builder(scene).start(Uniform::default()).moves(moves).seed(5);
+        let builder = Simulation::builder(scene).start(RandomInsertion::default()).moves(moves).seed(5);
         builder.build().unwrap().run(6_000_000, &mut observer).unwrap();
         let contact = observer.observer.jackknife(|bins| [contact_density(bins)]).unwrap()[0];
         agrees("contact density", contact, 2.0 / 9.0, 0.006).unwrap();
@@ -285,7 +286,7 @@ fn a_seed_decides_everything() {
                 for &part in parts {
                     simulation.run(part, &mut ()).unwrap();
                 }
-                (simulation.positions(), *simulation.tally())
+                (simulation.positions(), *simulation.move_counts())
             };
             assert_eq!(go(1, &[100]), go(1, &[100]));
             // Neither where a run is cut nor who looks matters.
@@ -305,7 +306,7 @@ fn a_sweep_has_its_path_on_average() {
         let sweeps = 1000;
         simulation.run(sweeps, &mut ()).unwrap();
         let expected = EventChains::PATH_PER_SPHERE * (80 * sweeps) as f64 / mean(length);
-        let found = simulation.tally().chains as f64;
+        let found = simulation.move_counts().chains as f64;
         // Lengths are uniform between 0 and twice the mean, and of two kinds; one chain more is on its way.
         assert!((found - expected).abs() < 4.0 * (2.0 * expected).sqrt() + 1.0, "{found}, {expected}");
     }
@@ -317,9 +318,9 @@ fn a_compact_start_melts() {
     let slab = Slab::new(60.0, 4.0, 4.0).unwrap();
     let scene = Scene::new(slab, 160, UniformField::default(), Isothermal::new(6.0).unwrap()).unwrap();
     let moves = tuned(FieldEvent::Relocate);
-    let build = || Simulation::builder(scene).start(Compact).moves(moves).seed(3).build().unwrap();
+    let build = || Simulation::builder(scene).start(ClosePacked).moves(moves).seed(3).build().unwrap();
     let lateral = moves.vertical_fraction(0.01).unwrap();
-    let mut crystal = Simulation::builder(scene).start(Compact).moves(lateral).seed(3).build().unwrap();
+    let mut crystal = Simulation::builder(scene).start(ClosePacked).moves(lateral).seed(3).build().unwrap();
     crystal.run(50, &mut ()).unwrap();
     let mut simulation = build();
     simulation.equilibrate(2000, &mut ()).unwrap();

@@ -13,7 +13,7 @@ use gradient_mc::drive::{Drive, EquationOfStateClosure, Scheme, SelfConsistent};
 use gradient_mc::equation_of_state::IdealGas;
 use gradient_mc::field::{ExponentialField, LinearField, SumField, UniformField};
 use gradient_mc::observers::{CenterOfMass, DensityProfile};
-use gradient_mc::start::Uniform;
+use gradient_mc::start::RandomInsertion;
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{Error, Every, Field, Scene, Simulation, SimulationBuilder, Slab, TemperatureProfile};
@@ -166,7 +166,7 @@ fn two_spheres() {
     let slab = Slab::new(30.0, 3.0, 3.0).unwrap();
     let scene = Scene::new(slab, 2, UniformField::default(), Isothermal::new(1.0).unwrap()).unwrap();
     let build = || {
-        let builder = Simulation::builder(scene).start(Uniform::default());
+        let builder = Simulation::builder(scene).start(RandomInsertion::default());
         builder.maximum_displacement(1.2).seed(5).build().unwrap()
     };
     let heights = center_of_mass(build(), 4_000_000, 10);

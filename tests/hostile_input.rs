@@ -14,12 +14,12 @@ use gradient_mc::field::{ExponentialField, FieldFn, LinearField, SumField, Unifo
 use gradient_mc::hydrostatics::Hydrostatics;
 use gradient_mc::moves::LocalMoves;
 use gradient_mc::observers::{DensityProfile, DisplacementProfile, EquationOfStateProfile, PressureProfile};
-use gradient_mc::start::{Compact, Positions, Start, Theory, Uniform};
+use gradient_mc::start::{ClosePacked, Positions, RandomInsertion, Start, Theory};
 use gradient_mc::temperature::{
     ExponentialTemperature, Isothermal, LinearTemperature, TabulatedTemperature, TemperatureFn,
 };
 use gradient_mc::{
-    Error, Every, Field, Frame, Generator, Observer, ObserverError, Scene, Simulation, Slab, Tally,
+    Error, Every, Field, Frame, Generator, MoveCounts, Observer, ObserverError, Scene, Simulation, Slab,
     TemperatureProfile, Vector3,
 };
 use proptest::prelude::*;
@@ -163,7 +163,7 @@ fn the_largest_slab_can_be_used() {
     let start = Positions(vec![Vector3::new(999_999.5, 6.5, 0.0)]);
     let mut simulation = Simulation::builder(scene).start(start).build().unwrap();
     simulation.run(100, &mut ()).unwrap();
-    assert!(simulation.tally().accepted > 0);
+    assert!(simulation.move_counts().accepted > 0);
 }
 
 #[test]
@@ -250,7 +250,7 @@ fn a_flaw_that_no_probe_meets_ends_the_run() {
     for potential in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let field = Flawed { window, acceleration: 1.0, potential };
         let scene = Scene::new(slab(), 50, field, warm()).unwrap();
-        let mut simulation = Simulation::builder(scene).start(Compact).seed(1).build().unwrap();
+        let mut simulation = Simulation::builder(scene).start(ClosePacked).seed(1).build().unwrap();
         let outcome = simulation.equilibrate(2000, &mut ());
         let inside = simulation.positions().iter().filter(|p| p.x > window[0] && p.x < window[1]).count();
         if potential > 0.0 {
@@ -345,21 +345,21 @@ fn the_smallest_scene_can_be_used() {
     let slab = Slab::new(2.0, 3.0, 3.0).unwrap();
     for temperature in [1e-300, 1.0, 1e300] {
         let scene = Scene::new(slab, 1, gravity(), Isothermal::new(temperature).unwrap()).unwrap();
-        let mut simulation = Simulation::builder(scene).start(Compact).seed(1).build().unwrap();
+        let mut simulation = Simulation::builder(scene).start(ClosePacked).seed(1).build().unwrap();
         let mut profile = EquationOfStateProfile::new(&slab, 4).unwrap();
         simulation.equilibrate(10, &mut ()).unwrap();
         simulation.run(100, &mut profile).unwrap();
         // n A Δx summed over the bins is the sphere.
         let spheres: f64 = profile.points().unwrap().iter().map(|p| p.number_density.mean).sum::<f64>() * 4.5;
         approx::assert_relative_eq!(spheres, 1.0, max_relative = 1e-12);
-        let accepted = simulation.tally().accepted;
+        let accepted = simulation.move_counts().accepted;
         assert!(if temperature < 1.0 { accepted < 10 } else { accepted > 10 }, "{temperature} {accepted}");
     }
 }
 
 #[test]
 fn observers_of_another_slab() {
-    let mut simulation = Simulation::builder(scene(30)).start(Compact).build().unwrap();
+    let mut simulation = Simulation::builder(scene(30)).start(ClosePacked).build().unwrap();
     for slab in [Slab::new(51.0, 5.0, 5.0).unwrap(), Slab::new(50.0, 5.0, 6.0).unwrap()] {
         let mut observers: [Box<dyn Observer>; 4] = [
             Box::new(DensityProfile::new(&slab, 10).unwrap()),
@@ -397,7 +397,7 @@ fn a_drive_that_is_not_a_number_accepts_nothing() {
     let scene = scene(20);
     assert!(log_acceptance(&NoNumber, &scene, 9.0, 11.0).is_nan());
     assert!(log_acceptance(&NoNumber, &scene, 11.0, 9.0).is_nan());
-    let mut simulation = Simulation::builder(scene).scheme(NoNumber).start(Compact).build().unwrap();
+    let mut simulation = Simulation::builder(scene).scheme(NoNumber).start(ClosePacked).build().unwrap();
     let error = simulation.equilibrate(10_000, &mut ()).unwrap_err();
     assert!(
         matches!(error, Error::InvalidPotential { height, potential } if height > 10.0 && potential.is_nan())
@@ -410,13 +410,13 @@ fn displacements_out_of_range() {
     for value in NOT_POSITIVE.into_iter().chain([2.500_001, 1e300]) {
         assert_refused(LocalMoves::new(value, &slab()), value);
         assert_refused(
-            Simulation::builder(scene(50)).start(Compact).maximum_displacement(value).build(),
+            Simulation::builder(scene(50)).start(ClosePacked).maximum_displacement(value).build(),
             value,
         );
     }
     // Half the smallest side is allowed, as is next to nothing; the height may be the smallest.
     for value in [2.5, f64::MIN_POSITIVE, 5e-324] {
-        let builder = Simulation::builder(scene(50)).start(Compact).maximum_displacement(value);
+        let builder = Simulation::builder(scene(50)).start(ClosePacked).maximum_displacement(value);
         builder.build().unwrap().equilibrate(3, &mut ()).unwrap();
     }
     let flat = Slab::new(2.0, 5.0, 5.0).unwrap();
@@ -438,7 +438,7 @@ fn bins_of_schemes() {
             EquationOfStateClosure::new(NoInteraction).bin_width(value).drive(&cooling()).unwrap_err(),
         ] {
             assert!(matches!(error, Error::InvalidBins { .. }), "{error:?}");
-            // The range of the centres.
+            // The range of the centers.
             assert_says(&error, &["49 diameters", "take between 1 and"]);
         }
     }
@@ -446,7 +446,7 @@ fn bins_of_schemes() {
     // A single bin is a bin, and no interval is an interval of one.
     assert!(Instantaneous::new(1e6).drive(&cooling()).is_ok());
     let scheme = SelfConsistent::default().bin_width(f64::MAX);
-    let mut simulation = Simulation::builder(cooling()).scheme(scheme).start(Compact).build().unwrap();
+    let mut simulation = Simulation::builder(cooling()).scheme(scheme).start(ClosePacked).build().unwrap();
     simulation.equilibrate(3, &mut Every::new(0, ())).unwrap();
     simulation.run(3, &mut ()).unwrap();
 }
@@ -546,18 +546,18 @@ fn random_insertion_that_cannot_succeed() {
     // Packing fraction 0.5 is beyond the jamming of random insertion.
     let small = Slab::new(10.0, 5.0, 5.0).unwrap();
     let scene = Scene::new(small, 240, gravity(), warm()).unwrap();
-    let error = Simulation::builder(scene).start(Uniform::new(1.0)).build().unwrap_err();
+    let error = Simulation::builder(scene).start(RandomInsertion::new(1.0)).build().unwrap_err();
     let Error::InsertionFailed { placed, requested: 240, packing_fraction, .. } = error else {
         panic!("{error:?}")
     };
     assert!(placed < 240 && packing_fraction > 0.3 && packing_fraction < 0.5);
-    assert_says(&error, &[&placed.to_string(), "240", "compact crystal"]);
+    assert_says(&error, &[&placed.to_string(), "240", "close-packed crystal"]);
     // A density no matter can have puts all on the base.
-    let error = Simulation::builder(self::scene(200)).start(Uniform::new(1e300)).build().unwrap_err();
+    let error = Simulation::builder(self::scene(200)).start(RandomInsertion::new(1e300)).build().unwrap_err();
     assert!(matches!(error, Error::InsertionFailed { .. }), "{error:?}");
     assert!(started.elapsed() < Duration::from_secs(20), "{:?}", started.elapsed());
     for value in NOT_POSITIVE {
-        assert_refused(Simulation::builder(self::scene(5)).start(Uniform::new(value)).build(), value);
+        assert_refused(Simulation::builder(self::scene(5)).start(RandomInsertion::new(value)).build(), value);
     }
 }
 
@@ -567,14 +567,14 @@ fn crystals_without_room() {
     let tiny = Slab::new(3.0, 3.0, 3.0).unwrap();
     let particles = tiny.capacity();
     let scene = || Scene::new(tiny, particles, gravity(), warm()).unwrap();
-    let error = Simulation::builder(scene()).start(Compact).build().unwrap_err();
+    let error = Simulation::builder(scene()).start(ClosePacked).build().unwrap_err();
     let Error::LatticeFull { sites, particles: found } = error else { panic!("{error:?}") };
     assert!(found == particles && sites < particles);
     assert_says(&error, &[&sites.to_string(), &particles.to_string(), "larger slab"]);
     assert!(Simulation::builder(scene()).start(Theory).build().is_err());
     // As many as there are sites do fit.
     let scene = Scene::new(tiny, sites, gravity(), warm()).unwrap();
-    let mut full = Simulation::builder(scene).start(Compact).build().unwrap();
+    let mut full = Simulation::builder(scene).start(ClosePacked).build().unwrap();
     full.equilibrate(10, &mut ()).unwrap();
 }
 
@@ -600,31 +600,31 @@ impl Observer for Fragile {
 
 #[test]
 fn an_observer_that_fails_does_not_spoil_the_run() {
-    let mut simulation = Simulation::builder(scene(30)).start(Compact).seed(9).build().unwrap();
+    let mut simulation = Simulation::builder(scene(30)).start(ClosePacked).seed(9).build().unwrap();
     let mut observer = (Fragile { fails_at: 7, seen: 0 }, Every::new(2, Fragile { fails_at: 99, seen: 0 }));
     simulation.equilibrate(5, &mut observer).unwrap();
     let error = simulation.run(10, &mut observer).unwrap_err();
     assert_says(&error, &["sweep 7"]);
     let source = std::error::Error::source(&error).expect("the observer's own error is the source");
     assert_eq!(source.downcast_ref::<OutOfInk>(), Some(&OutOfInk(7)));
-    assert_eq!((simulation.sweep(), simulation.tally().trials), (7, 7 * 30));
+    assert_eq!((simulation.sweep(), simulation.move_counts().trials), (7, 7 * 30));
     simulation.run(8, &mut observer).unwrap();
     assert_eq!((simulation.sweep(), observer.0.seen, observer.1.observer.seen), (15, 14, 7));
     // The same spheres as in a run that nobody disturbed.
-    let mut undisturbed = Simulation::builder(scene(30)).start(Compact).seed(9).build().unwrap();
+    let mut undisturbed = Simulation::builder(scene(30)).start(ClosePacked).seed(9).build().unwrap();
     undisturbed.run(15, &mut ()).unwrap();
     assert_eq!(simulation.positions(), undisturbed.positions());
 }
 
 #[test]
 fn tallies_of_different_runs() {
-    let mut simulation = Simulation::builder(scene(30)).start(Compact).build().unwrap();
-    let before = *simulation.tally();
+    let mut simulation = Simulation::builder(scene(30)).start(ClosePacked).build().unwrap();
+    let before = *simulation.move_counts();
     simulation.run(2, &mut ()).unwrap();
-    let after = *simulation.tally();
+    let after = *simulation.move_counts();
     assert_eq!(after.since(&before), after);
-    assert_eq!(before.since(&after), Tally::default());
-    assert!(Tally::default().acceptance().is_nan());
+    assert_eq!(before.since(&after), MoveCounts::default());
+    assert!(MoveCounts::default().acceptance().is_nan());
 }
 
 /// Any number at all, the awkward ones often.
@@ -675,10 +675,10 @@ fn exercise<F: Field, T: TemperatureProfile>(field: &F, temperature: &T, bin_wid
     let bin_width = if bin_width > 0.0 && bin_width < 1e-3 { 1e-300 } else { bin_width };
     let Ok(scene) = Scene::new(fuzz_slab(), 6, field, temperature) else { return };
     let closure = EquationOfStateClosure::new(NoInteraction).bin_width(bin_width);
-    try_scheme(scene, closure, Compact);
+    try_scheme(scene, closure, ClosePacked);
     try_scheme(scene, EquationOfStateClosure::new(FluidSolid::default()), Theory);
     try_scheme(scene, SelfConsistent::default().bin_width(bin_width), Theory);
-    try_scheme(scene, Instantaneous::new(bin_width), Uniform::new(bin_width));
+    try_scheme(scene, Instantaneous::new(bin_width), RandomInsertion::new(bin_width));
 }
 
 proptest! {
@@ -750,7 +750,7 @@ proptest! {
         if let (Ok(isothermal), Ok(scene)) = (Isothermal::new(c), Scene::new(fuzz_slab(), 6, &field, &temperature)) {
             let _ = scene.column_density();
             let Ok(scene) = Scene::new(fuzz_slab(), 6, &field, isothermal) else { return Ok(()) };
-            if let Ok(mut simulation) = Simulation::builder(scene).start(Compact).maximum_displacement(1.5).build() {
+            if let Ok(mut simulation) = Simulation::builder(scene).start(ClosePacked).maximum_displacement(1.5).build() {
                 let _ = simulation.equilibrate(3, &mut ());
             }
         }

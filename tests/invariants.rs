@@ -8,7 +8,7 @@ mod common;
 use common::scenes::{FieldCase, TemperatureCase, field_case, temperature_case};
 use gradient_mc::drive::{ClosedForm, Drive, EquationOfStateClosure, Instantaneous, Scheme, SelfConsistent};
 use gradient_mc::moves::{EventChains, FieldEvent, LocalMoves, Moves};
-use gradient_mc::start::{Compact, Start, Theory, Uniform};
+use gradient_mc::start::{ClosePacked, RandomInsertion, Start, Theory};
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{
     Error, Field, Frame, Observer, ObserverError, Scene, Simulation, Slab, TemperatureProfile, Vector3,
@@ -39,10 +39,10 @@ impl Observer for Invariants {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         self.observed += 1;
         // Chains may come with local moves.
-        let local = frame.tally().chains == 0;
+        let local = frame.move_counts().chains == 0;
         let trials = self.observed * frame.particles() as u64;
-        assert!(frame.tally().trials == trials || !local && frame.tally().trials == 0);
-        assert!(frame.tally().accepted <= frame.tally().trials);
+        assert!(frame.move_counts().trials == trials || !local && frame.move_counts().trials == 0);
+        assert!(frame.move_counts().accepted <= frame.move_counts().trials);
         check_invariants(frame.slab(), &frame.positions().collect::<Vec<_>>());
         Ok(())
     }
@@ -148,9 +148,9 @@ where
     S: Scheme<Box<dyn Field>, T>,
 {
     if case.compact {
-        run_from(case, temperature, scheme, Compact)
+        run_from(case, temperature, scheme, ClosePacked)
     } else {
-        run_from(case, temperature, scheme, Uniform::new(0.3))
+        run_from(case, temperature, scheme, RandomInsertion::new(0.3))
     }
 }
 
@@ -235,7 +235,7 @@ proptest! {
 
 #[test]
 fn a_dense_column_stays_valid() {
-    // Close to freezing at the base, so that cells are full and most trials meet a neighbour.
+    // Close to freezing at the base, so that cells are full and most trials meet a neighbor.
     let slab = Slab::new(80.0, 6.0, 6.0).unwrap();
     let field = FieldCase::Uniform(1.0);
     for displacement in [0.05, 0.3, 3.0] {
@@ -255,7 +255,7 @@ fn what_was_seen_can_be_gone_on_from() {
     let slab = Slab::new(30.0, 4.0, 3.5).unwrap();
     let scene =
         || Scene::new(slab, 90, FieldCase::Uniform(1.0).make(&slab), Isothermal::new(3.0).unwrap()).unwrap();
-    let mut simulation = Simulation::builder(scene()).start(Compact).seed(2).build().unwrap();
+    let mut simulation = Simulation::builder(scene()).start(ClosePacked).seed(2).build().unwrap();
     simulation.run(200, &mut ()).unwrap();
     let positions = simulation.positions();
     let start = gradient_mc::start::Positions(positions.clone());

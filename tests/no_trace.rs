@@ -1,6 +1,6 @@
 //! An isothermal scene carries nothing of the feedback that other temperatures need: no state, and no
 //! allocation in a sweep. That it costs no time either is shown by `cargo bench --bench throughput`,
-//! which compares it with a drive specialised by hand.
+//! which compares it with a drive specialized by hand.
 
 #![allow(clippy::unwrap_used)]
 

@@ -13,7 +13,7 @@ use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
 use gradient_mc::field::{ExponentialField, UniformField};
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
 use gradient_mc::observers::EquationOfStateProfile;
-use gradient_mc::start::{Compact, Positions, Start, Theory, Uniform};
+use gradient_mc::start::{ClosePacked, Positions, RandomInsertion, Start, Theory};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::{ExponentialTemperature, TabulatedTemperature, TemperatureFn};
 use gradient_mc::{Every, Field, Scene, Simulation, Slab, TemperatureProfile};
@@ -101,7 +101,7 @@ fn a_field_frozen_too_early_is_caught() {
     let scene = column(steep());
     let builder = Simulation::builder(scene).scheme(AveragedThenFrozen::default());
     let mut simulation =
-        builder.start(Uniform::default()).moves(EventChains::default()).seed(5).build().unwrap();
+        builder.start(RandomInsertion::default()).moves(EventChains::default()).seed(5).build().unwrap();
     simulation.equilibrate(30, &mut ()).unwrap();
     let profile = EquationOfStateProfile::with_range(simulation.scene().slab(), 0.5, 50.5, 200).unwrap();
     let mut profile = Every::new(5, profile);
@@ -123,7 +123,7 @@ fn a_field_frozen_too_early_is_caught() {
     // And a field that was given time passes.
     let builder = Simulation::builder(scene).scheme(SelfConsistent::default());
     let mut simulation =
-        builder.start(Uniform::default()).moves(EventChains::default()).seed(5).build().unwrap();
+        builder.start(RandomInsertion::default()).moves(EventChains::default()).seed(5).build().unwrap();
     simulation.equilibrate(8000, &mut ()).unwrap();
     simulation.run(12_000, &mut ()).unwrap();
     let certificate = simulation.certificate(0.02).unwrap();
@@ -202,7 +202,7 @@ fn field_and_temperature_both_vary() {
     let field = ExponentialField::new(0.02).unwrap();
     let temperature = ExponentialTemperature::new(12.0, 0.02).unwrap();
     let scene = Scene::new(slab, 720, field, temperature).unwrap();
-    general(scene, &[[8.0, 14.0], [14.0, 20.0]], 0.025, &Compact, &Uniform::default());
+    general(scene, &[[8.0, 14.0], [14.0, 20.0]], 0.025, &ClosePacked, &RandomInsertion::default());
 }
 
 #[test]
@@ -210,7 +210,7 @@ fn temperature_rises_with_height() {
     let slab = Slab::new(150.0, 6.0, 6.0).unwrap();
     let temperature = ExponentialTemperature::new(5.0, -0.01).unwrap();
     let scene = Scene::new(slab, 720, UniformField::default(), temperature).unwrap();
-    general(scene, &[[8.0, 13.0], [13.0, 20.0]], 0.025, &Compact, &Uniform::default());
+    general(scene, &[[8.0, 13.0], [13.0, 20.0]], 0.025, &ClosePacked, &RandomInsertion::default());
 }
 
 #[test]
@@ -218,7 +218,7 @@ fn temperature_rises_and_falls() {
     let slab = Slab::new(120.0, 6.0, 6.0).unwrap();
     let temperature = TemperatureFn(|height: f64| 8.0 + 3.0 * libm::sin(0.1 * height));
     let scene = Scene::new(slab, 720, UniformField::default(), temperature).unwrap();
-    general(scene, &[[8.0, 14.0], [14.0, 20.0]], 0.025, &Compact, &Uniform::default());
+    general(scene, &[[8.0, 14.0], [14.0, 20.0]], 0.025, &ClosePacked, &RandomInsertion::default());
 }
 
 /// Without weight the pressure is that on the lid everywhere, and n T Z is flat.
@@ -227,7 +227,7 @@ fn closed_box_without_weight() {
     let slab = Slab::new(40.0, 6.0, 6.0).unwrap();
     let temperature = ExponentialTemperature::new(2.0, 0.02).unwrap();
     let scene = Scene::new(slab, 560, UniformField::new(0.0).unwrap(), temperature).unwrap();
-    general(scene, &[[6.0, 15.0], [15.0, 25.0], [25.0, 34.0]], 0.08, &Theory, &Uniform::new(0.4));
+    general(scene, &[[6.0, 15.0], [15.0, 25.0], [25.0, 34.0]], 0.08, &Theory, &RandomInsertion::new(0.4));
 }
 
 /// Weight and a lid that carries a good part of the pressure, in a field that grows.
@@ -237,7 +237,7 @@ fn closed_box_with_weight() {
     let temperature = ExponentialTemperature::new(20.0, -0.02).unwrap();
     let field = ExponentialField::new(0.01).unwrap();
     let scene = Scene::new(slab, 500, field, temperature).unwrap();
-    general(scene, &[[6.0, 15.0], [15.0, 25.0], [25.0, 34.0]], 0.08, &Theory, &Uniform::new(0.35));
+    general(scene, &[[6.0, 15.0], [15.0, 25.0], [25.0, 34.0]], 0.08, &Theory, &RandomInsertion::new(0.35));
 }
 
 /// The drives of a scene after a few sweeps are finite wherever a sphere can be.

@@ -10,7 +10,7 @@ use common::scenes::NoInteraction;
 use gradient_mc::drive::{ClosedForm, Drive, EquationOfStateClosure, Instantaneous, Scheme, SelfConsistent};
 use gradient_mc::equation_of_state::EquationOfState;
 use gradient_mc::field::{ExponentialField, LinearField, SumField, UniformField};
-use gradient_mc::start::Compact;
+use gradient_mc::start::ClosePacked;
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal, LinearTemperature, TabulatedTemperature};
 use gradient_mc::{Field, Scene, Simulation, Slab, TemperatureProfile, Vector3};
 use proptest::prelude::*;
@@ -144,11 +144,12 @@ fn drives_are_linear_in_a_small_decay_rate() {
     }
 }
 
-/// Positions after a short run from the compact crystal, which owes nothing to theory.
+/// Positions after a short run from the close-packed crystal, which owes nothing to theory.
 fn run<T: TemperatureProfile, S: Scheme<UniformField, T>>(temperature: T, scheme: S) -> Vec<Vector3<f64>> {
     let slab = Slab::new(60.0, 5.0, 5.0).unwrap();
     let scene = Scene::new(slab, 200, UniformField::default(), temperature).unwrap();
-    let mut simulation = Simulation::builder(scene).scheme(scheme).start(Compact).seed(4).build().unwrap();
+    let mut simulation =
+        Simulation::builder(scene).scheme(scheme).start(ClosePacked).seed(4).build().unwrap();
     simulation.equilibrate(150, &mut ()).unwrap();
     simulation.run(150, &mut ()).unwrap();
     simulation.positions()

@@ -16,7 +16,7 @@ use gradient_mc::equation_of_state::{
 use gradient_mc::field::{ExponentialField, FieldFn, UniformField};
 use gradient_mc::moves::{EventChains, FieldEvent, LocalMoves, Moves};
 use gradient_mc::observers::{CenterOfMass, DensityProfile, EquationOfStateProfile};
-use gradient_mc::start::{Compact, Positions, Start, Theory, Uniform};
+use gradient_mc::start::{ClosePacked, Positions, RandomInsertion, Start, Theory};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal, TemperatureFn};
 use gradient_mc::{
     Error, Every, Field, Hydrostatics, MixingEvidence, Scene, Simulation, Slab, TemperatureProfile, Vector3,
@@ -41,7 +41,7 @@ fn column(temperature: f64) -> Scene<UniformField, Isothermal> {
 /// Sweeps of equilibration and of production.
 type Sweeps = [u64; 2];
 
-/// What a run says, and where its centre of mass is.
+/// What a run says, and where its center of mass is.
 fn run<F, T, S>(
     scene: Scene<F, T>,
     scheme: S,
@@ -101,11 +101,11 @@ fn local(size: f64) -> LocalMoves {
 #[test]
 fn local_moves_too_small_and_too_large() {
     // Too small: where it started, with an error bar that knows nothing of it.
-    let stuck = run(column(6.0), ClosedForm, Uniform::default(), local(0.03), [500, 1000]);
+    let stuck = run(column(6.0), ClosedForm, RandomInsertion::default(), local(0.03), [500, 1000]);
     assert!(stuck.center_of_mass > 50.0, "{}", stuck.center_of_mass);
     stuck.must(not_mixed).must(far_from_theory);
     // The paper's size: on its way.
-    let slow = run(column(6.0), ClosedForm, Uniform::default(), local(0.75), [500, 1000]);
+    let slow = run(column(6.0), ClosedForm, RandomInsertion::default(), local(0.75), [500, 1000]);
     slow.must(|warning| matches!(warning, Warning::NotMixed { evidence: MixingEvidence::Drift { .. }, .. }));
     // From the theory's profile, where nothing drifts and the error bar is smallest where it is most wrong.
     let quiet = run(column(1.5), ClosedForm, Theory, local(0.01), [500, 2000]);
@@ -131,12 +131,12 @@ fn chains_that_are_too_short_too_long_or_turn_round() {
         ("long", chains(1e6)),
         ("long, turning round", chains(1e4).field_event(FieldEvent::Reverse)),
     ] {
-        let said = run(column(6.0), ClosedForm, Uniform::default(), moves, [50, 300]);
+        let said = run(column(6.0), ClosedForm, RandomInsertion::default(), moves, [50, 300]);
         assert!(said.center_of_mass > 30.0, "{name}: {}", said.center_of_mass);
         said.must(not_mixed).must(far_from_theory);
     }
     // Those in between have arrived.
-    let said = run(column(6.0), ClosedForm, Uniform::default(), chains(100.0), [1000, 3000]);
+    let said = run(column(6.0), ClosedForm, RandomInsertion::default(), chains(100.0), [1000, 3000]);
     said.must_not(far_from_theory);
 }
 
@@ -187,9 +187,9 @@ fn columns_that_freeze() {
         let scene = column(0.3);
         let chains = EventChains::default();
         if start {
-            run(scene, ClosedForm, Uniform::new(0.3), chains, [500, 500])
+            run(scene, ClosedForm, RandomInsertion::new(0.3), chains, [500, 500])
         } else {
-            run(scene, ClosedForm, Compact, chains, [500, 500])
+            run(scene, ClosedForm, ClosePacked, chains, [500, 500])
         }
     };
     let (above, below) = (cold(true), cold(false));
@@ -233,7 +233,7 @@ fn feedback_that_is_wrong() {
     said.must(counting).must(changing).must(feedback);
     run(cooling(), RunningAverage::default(), Theory, chains, [500, 1000]).must(changing);
     // Frozen while the column was still falling.
-    let said = run(cooling(), AveragedThenFrozen::default(), Uniform::new(0.25), chains, [60, 2000]);
+    let said = run(cooling(), AveragedThenFrozen::default(), RandomInsertion::new(0.25), chains, [60, 2000]);
     said.must(feedback);
     // Bins as wide as what they have to resolve.
     let said = run(cooling(), SelfConsistent::default().bin_width(5.0), Theory, chains, [1000, 3000]);
@@ -379,15 +379,16 @@ fn starts_that_do_not_fit() {
         let particles = (density * 12.0 * 36.0).round() as usize;
         Scene::new(slab, particles, UniformField::default(), Isothermal::new(10.0).unwrap()).unwrap()
     };
-    let start =
-        |density: f64| Simulation::builder(place(density)).start(Uniform::new(density)).build().map(drop);
+    let start = |density: f64| {
+        Simulation::builder(place(density)).start(RandomInsertion::new(density)).build().map(drop)
+    };
     assert!(start(0.5).is_ok());
     let failed = start(0.9);
     assert!(
         matches!(failed, Err(Error::InsertionFailed { packing_fraction, .. }) if (0.3..0.45).contains(&packing_fraction)),
         "{failed:?}"
     );
-    Simulation::builder(place(0.9)).start(Compact).build().unwrap();
+    Simulation::builder(place(0.9)).start(ClosePacked).build().unwrap();
     Simulation::builder(place(0.9)).start(Theory).build().unwrap();
 }
 
@@ -420,7 +421,7 @@ fn positions_of_single_precision() {
 fn a_great_many_spheres_and_a_few_sweeps() {
     let wide = scene(120.0, 40.0, UniformField::default(), Isothermal::new(6.0).unwrap());
     let mut simulation =
-        Simulation::builder(wide).start(Uniform::default()).moves(local(0.5)).build().unwrap();
+        Simulation::builder(wide).start(RandomInsertion::default()).moves(local(0.5)).build().unwrap();
     simulation.run(40, &mut ()).unwrap();
     let said = simulation.warnings();
     assert!(matches!(said[..], [Warning::TooShort { sweeps: 40, .. }, ..]), "{said:?}");

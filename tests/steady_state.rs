@@ -8,7 +8,7 @@
 use gradient_mc::drive::{ClosedForm, Drive, Scheme, SelfConsistent};
 use gradient_mc::field::UniformField;
 use gradient_mc::observers::{CenterOfMass, DensityProfile};
-use gradient_mc::start::{Compact, Start, Uniform};
+use gradient_mc::start::{ClosePacked, RandomInsertion, Start};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{Every, Scene, Simulation, Slab, TemperatureProfile};
 
@@ -88,11 +88,11 @@ where
 #[test]
 fn isothermal_column_from_above_and_below() {
     let temperature = Isothermal::new(5.0).unwrap();
-    let high = side(temperature, ClosedForm, Uniform::default(), 100, 8_000, 24_000);
-    let low = side(temperature, ClosedForm, Compact, 200, 8_000, 24_000);
+    let high = side(temperature, ClosedForm, RandomInsertion::default(), 100, 8_000, 24_000);
+    let low = side(temperature, ClosedForm, ClosePacked, 200, 8_000, 24_000);
     meet(&high, &low, 0.01).unwrap();
     // Without the equilibration they do not: the test would notice.
-    let early = side(temperature, ClosedForm, Uniform::default(), 100, 0, 200);
+    let early = side(temperature, ClosedForm, RandomInsertion::default(), 100, 0, 200);
     meet(&early, &low, 0.5).unwrap_err();
 }
 
@@ -100,9 +100,9 @@ fn isothermal_column_from_above_and_below() {
 fn column_in_a_temperature_gradient_from_above_and_below() {
     let temperature = ExponentialTemperature::new(6.0, 0.04).unwrap();
     let scheme = SelfConsistent::default();
-    let high = side(temperature, scheme, Uniform::default(), 300, 16_000, 24_000);
-    let low = side(temperature, scheme, Compact, 400, 16_000, 24_000);
+    let high = side(temperature, scheme, RandomInsertion::default(), 300, 16_000, 24_000);
+    let low = side(temperature, scheme, ClosePacked, 400, 16_000, 24_000);
     meet(&high, &low, 0.015).unwrap();
-    let early = side(temperature, scheme, Uniform::default(), 300, 0, 200);
+    let early = side(temperature, scheme, RandomInsertion::default(), 300, 0, 200);
     meet(&early, &low, 0.5).unwrap_err();
 }

@@ -8,7 +8,7 @@ use gradient_mc::observers::{
     BondOrder, CenterOfMass, DensityProfile, HexaticOrder, Layer, NeighborAngles, RadialDistribution,
     Structure, StructureProfile,
 };
-use gradient_mc::start::{Positions, Theory, Uniform};
+use gradient_mc::start::{Positions, RandomInsertion, Theory};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Every, Scene, Simulation, Slab, Vector3};
@@ -111,9 +111,9 @@ impl Stacked {
     }
 }
 
-/// Fraction of the spheres of a crystal between two walls that are recognised layer by layer, with the thermal noise of hard
+/// Fraction of the spheres of a crystal between two walls that are recognized layer by layer, with the thermal noise of hard
 /// spheres at this packing fraction.
-fn recognised(packing_fraction: f64) -> f64 {
+fn recognized(packing_fraction: f64) -> f64 {
     let density = packing_fraction * 6.0 / std::f64::consts::PI;
     let spacing = (2.0_f64.sqrt() / density).cbrt();
     let layer_distance = spacing * (2.0_f64 / 3.0).sqrt();
@@ -148,8 +148,8 @@ fn recognised(packing_fraction: f64) -> f64 {
 }
 
 #[test]
-fn stackings_are_recognised_under_thermal_noise() {
-    let (melting, denser) = (recognised(0.545), recognised(0.58));
+fn stackings_are_recognized_under_thermal_noise() {
+    let (melting, denser) = (recognized(0.545), recognized(0.58));
 
     assert!(melting > 0.96 && denser > 0.985, "{melting} {denser}");
 }
@@ -242,7 +242,7 @@ fn relaxation_of_a_column_is_found() {
         let mut center = CenterOfMass::new();
         let builder = Simulation::builder(scene).maximum_displacement(3.0).seed(5);
         if start_high {
-            builder.start(Uniform::default()).build().unwrap().run(20_000, &mut center).unwrap();
+            builder.start(RandomInsertion::default()).build().unwrap().run(20_000, &mut center).unwrap();
         } else {
             builder.start(Theory).build().unwrap().run(20_000, &mut center).unwrap();
         }

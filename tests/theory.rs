@@ -264,7 +264,7 @@ fn pointers_forward_every_method() {
 // Hydrostatics against the reference solvers
 // ---------------------------------------------------------------------------------------------
 
-/// Compares a file of reference columns; returns the worst relative deviation of base, centre of mass and profile.
+/// Compares a file of reference columns; returns the worst relative deviation of base, center of mass and profile.
 fn compare_with_reference<E: EquationOfState + Copy>(file: &str, equation: E) -> [f64; 3] {
     let path = format!("{}/tests/reference/{file}", env!("CARGO_MANIFEST_DIR"));
     let mut reader = csv::Reader::from_path(path).unwrap();
@@ -722,7 +722,7 @@ fn fractions_and_columns_are_each_other() {
     assert_eq!(profile.height_of_fraction(0.0), 0.0);
     assert_eq!(profile.height_of_fraction(2.0), profile.top());
     assert!(profile.height_of_fraction(f64::NAN).is_nan());
-    // Placing spheres evenly gives the centre of mass.
+    // Placing spheres evenly gives the center of mass.
     let start = std::time::Instant::now();
     let spheres = 25_000;
     let mean = (0..spheres)
@@ -864,7 +864,7 @@ proptest! {
     }
 }
 
-/// Centres of mass of the White Bear II density functional at a hard wall, from a solver independent of the project: the
+/// Centers of mass of the White Bear II density functional at a hard wall, from a solver independent of the project: the
 /// local theory is right about them once it begins where scaled-particle theory says.
 #[test]
 fn columns_between_walls_have_the_center_of_mass_of_density_functional_theory() {

@@ -8,10 +8,11 @@
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves};
 use gradient_mc::observers::ChainPressureProfile;
-use gradient_mc::start::Uniform;
+use gradient_mc::start::RandomInsertion;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{
-    AcceptedMove, Error, Frame, Observer, ObserverError, Recorder, Scene, Simulation, Slab, Tally, Vector3,
+    AcceptedMove, Error, Frame, MoveCounts, Observer, ObserverError, Recorder, Scene, Simulation, Slab,
+    Vector3,
 };
 
 /// Adds up what single moves report, in their order.
@@ -42,21 +43,21 @@ impl Observer for Moves {
 /// A column of several slabs, or a wide one of many tiles too.
 ///
 /// S is tuned if none is given.
-fn run(threads: usize, extents: [f64; 3], moves: &[f64]) -> (Vec<Vector3<f64>>, Moves, Tally) {
+fn run(threads: usize, extents: [f64; 3], moves: &[f64]) -> (Vec<Vector3<f64>>, Moves, MoveCounts) {
     let slab = Slab::new(extents[0], extents[1], extents[2]).unwrap();
     let particles = 12_000;
     let scene =
         Scene::new(slab, particles, UniformField::new(0.05).unwrap(), Isothermal::new(2.0).unwrap()).unwrap();
     let moves =
         if moves.is_empty() { LocalMoves::tuned() } else { LocalMoves::mixture(moves, &slab).unwrap() };
-    let builder = Simulation::builder(scene).start(Uniform::new(0.2)).moves(moves).seed(9);
+    let builder = Simulation::builder(scene).start(RandomInsertion::new(0.2)).moves(moves).seed(9);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
         let mut simulation = builder.build()?;
         let mut moves = Moves::default();
         simulation.equilibrate(10, &mut moves)?;
         simulation.run(10, &mut ())?;
-        Ok::<_, Error>((simulation.positions(), moves, *simulation.tally()))
+        Ok::<_, Error>((simulation.positions(), moves, *simulation.move_counts()))
     })
     .unwrap()
 }
@@ -89,7 +90,7 @@ fn the_bits_are_those_of_the_serial_program() {
 }
 
 /// A base of four tiles, with chains alone and with local moves in between.
-fn run_chains(threads: usize, local: bool) -> (Vec<Vector3<f64>>, Tally, ChainPressureProfile) {
+fn run_chains(threads: usize, local: bool) -> (Vec<Vector3<f64>>, MoveCounts, ChainPressureProfile) {
     let slab = Slab::new(40.0, 150.0, 150.0).unwrap();
     let scene = Scene::new(slab, 135_000, UniformField::default(), Isothermal::new(6.0).unwrap()).unwrap();
     let chains = EventChains::default().local_moves(local.then(|| LocalMoves::new(0.5, &slab).unwrap()));
@@ -101,7 +102,7 @@ fn run_chains(threads: usize, local: bool) -> (Vec<Vector3<f64>>, Tally, ChainPr
         simulation.equilibrate(2, &mut ())?;
         simulation.run(2, &mut ())?;
         simulation.run(20, &mut pressure)?;
-        Ok::<_, Error>((simulation.positions(), *simulation.tally(), pressure))
+        Ok::<_, Error>((simulation.positions(), *simulation.move_counts(), pressure))
     })
     .unwrap()
 }
@@ -109,11 +110,11 @@ fn run_chains(threads: usize, local: bool) -> (Vec<Vector3<f64>>, Tally, ChainPr
 #[test]
 fn chains_in_tiles_give_the_same_bits() {
     for local in [false, true] {
-        let (positions, tally, pressure) = run_chains(1, local);
-        assert!(tally.chains > 1000 && tally.events > 1_000_000);
+        let (positions, move_counts, pressure) = run_chains(1, local);
+        assert!(move_counts.chains > 1000 && move_counts.events > 1_000_000);
         for threads in [2, 3] {
             let found = run_chains(threads, local);
-            assert!(found.0 == positions && found.1 == tally, "{threads} threads");
+            assert!(found.0 == positions && found.1 == move_counts, "{threads} threads");
             assert_eq!(format!("{:?}", found.2), format!("{pressure:?}"));
         }
         if local {

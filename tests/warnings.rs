@@ -11,7 +11,7 @@ use gradient_mc::equation_of_state::{
 use gradient_mc::field::{ExponentialField, UniformField};
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
 use gradient_mc::observers::{DensityProfile, EquationOfStateProfile};
-use gradient_mc::start::{Compact, Start, Theory, Uniform};
+use gradient_mc::start::{ClosePacked, RandomInsertion, Start, Theory};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal, TemperatureFn};
 use gradient_mc::{
     Field, Hydrostatics, MixingEvidence, Observer, Scene, Simulation, Slab, TemperatureProfile, Warning,
@@ -160,7 +160,7 @@ fn moves_too_large_for_the_base_are_warned_of() {
 #[test]
 fn a_column_that_still_falls_is_warned_of() {
     // The paper's start, its moves, and a few sweeps.
-    let warnings = local(Uniform::default(), 0.75, [0, 600]).of(column(), &mut ());
+    let warnings = local(RandomInsertion::default(), 0.75, [0, 600]).of(column(), &mut ());
     assert_warned!(
         warnings,
         Warning::NotMixed { evidence: MixingEvidence::Drift { drift }, .. } if drift.mean < -1.0
@@ -187,7 +187,7 @@ fn a_column_that_hardly_moves_is_warned_of() {
     );
     // Stuck far up, with an error bar that looks small.
     let moves = LocalMoves::new(0.005, &slab).unwrap().into();
-    let run = Run { scheme: ClosedForm, start: Uniform::default(), moves, sweeps: [0, 600], seed: 2 };
+    let run = Run { scheme: ClosedForm, start: RandomInsertion::default(), moves, sweeps: [0, 600], seed: 2 };
     assert_warned!(
         run.of(column(), &mut ()),
         Warning::FarFromTheory { center_of_mass, .. } if center_of_mass.standard_error < 0.1
@@ -249,7 +249,7 @@ fn a_column_that_freezes_is_warned_of_and_so_is_a_box_that_does_not_fit() {
         let particles = (SPHERES_PER_AREA * slab.base_area()).round() as usize;
         let isothermal = Isothermal::new(temperature).unwrap();
         let scene = Scene::new(slab, particles, UniformField::default(), isothermal).unwrap();
-        local(Compact, 0.1, [0, 200]).of(scene, &mut ())
+        local(ClosePacked, 0.1, [0, 200]).of(scene, &mut ())
     };
     let warnings = cold(6.0, 6.0);
     // P/T falls from 16.7 to 11.56 where 3.1 of the ten spheres per area are below: some 2.8 diameters up.
@@ -282,7 +282,7 @@ fn a_scene_without_theory_is_warned_of() {
     let comb = TemperatureFn(|height: f64| TEMPERATURE * (1.0 + 0.5 * libm::sin(3000.0 * height)));
     let comb = scene(100.0, 6.0, UniformField::default(), comb);
     let moves = LocalMoves::new(0.3, comb.slab()).unwrap().into();
-    let run = Run { scheme: Instantaneous::default(), start: Compact, moves, sweeps: [0, 10], seed: 1 };
+    let run = Run { scheme: Instantaneous::default(), start: ClosePacked, moves, sweeps: [0, 10], seed: 1 };
     assert_warned!(run.of(comb, &mut ()), Warning::NoTheory { height } if *height > 0.0);
 }
 
@@ -343,7 +343,7 @@ fn bins_that_say_nothing_are_warned_of() {
         );
         assert_warned!(warnings, Warning::ThinBins { bins, blocks: 1, .. } if *bins > 100);
     }
-    // Nothing seen at all: every bin in which a centre can be.
+    // Nothing seen at all: every bin in which a center can be.
     let unused = DensityProfile::new(&slab, 100).unwrap().warnings();
     assert_eq!(unused, [Warning::EmptyBins { bins: 100, lowest_height: 0.5, highest_height: 99.5 }]);
 }

@@ -5,7 +5,7 @@
 //! The paper's column at temperature 20, N/A = 40. All times are CPU time of this thread.
 //!
 //! - `h_c`: two columns, equilibrated at higher and lower temperature, go on at T = 20; the relaxation time is
-//!   the area under the difference of their centres of mass, over its value at first. In linear response
+//!   the area under the difference of their centers of mass, over its value at first. In linear response
 //!   that is the integrated autocorrelation time of `h_c`, at a fraction of the cost of measuring it in
 //!   equilibrium. What was cut off is taken for the rest of an exponential.
 //! - layer, bulk: integrated autocorrelation time of the number of spheres between 0.5 and 1, where structure is
@@ -32,7 +32,7 @@ const TEMPERATURE: f64 = 20.0;
 const SIDES: [f64; 2] = [26.0, 15.0];
 const COLUMN_DENSITY: f64 = 40.0;
 const HEIGHT: f64 = 400.0;
-/// Slope of the centre of mass against T at T = 20, by Carnahan and Starling; T²/N times it is the variance.
+/// Slope of the center of mass against T at T = 20, by Carnahan and Starling; T²/N times it is the variance.
 const SLOPE: f64 = 1.2434;
 const LAYER: f64 = 1.0;
 const BULK: f64 = 20.0;
@@ -74,7 +74,7 @@ impl Column for Simulation<UniformField, Isothermal> {
         look(self.frame().heights())
     }
     fn events(&self) -> u64 {
-        self.tally().trials + self.tally().events
+        self.move_counts().trials + self.move_counts().events
     }
 }
 

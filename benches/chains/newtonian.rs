@@ -269,14 +269,14 @@ impl NewtonianColumn {
             }
         }
         let speed = velocity[0] * velocity[0] + velocity[1] * velocity[1] + velocity[2] * velocity[2];
-        let neighbours = |axis: usize| {
+        let neighbors = |axis: usize| {
             let (at, count) = (home[axis], self.cells[axis]);
             [if at == 0 { count - 1 } else { at - 1 }, at, if at + 1 == count { 0 } else { at + 1 }]
         };
         let rows = home[0].saturating_sub(1)..(home[0] + 2).min(self.cells[0]);
         let half = [0.5 * self.extents[1], 0.5 * self.extents[2]];
-        for z in neighbours(2) {
-            for y in neighbours(1) {
+        for z in neighbors(2) {
+            for y in neighbors(1) {
                 let first = self.index([0, y, z]);
                 for cell in &self.grid[first + rows.start..first + rows.end] {
                     for slot in 0..cell.count as usize {

@@ -91,7 +91,7 @@ impl PlainColumn {
         false
     }
 
-    /// Centres of the spheres.
+    /// Centers of the spheres.
     #[allow(dead_code, reason = "one of the benches looks")]
     pub(crate) fn positions(&self) -> &[[f64; 3]] {
         &self.positions

@@ -4,7 +4,7 @@
 //! Two homogeneous scenes without gravity bound what a column contains: a dense fluid (packing
 //! fraction 0.45, S = 0.12), where overlap tests dominate, and the paper's dilute start (n = 0.1,
 //! S = 0.75), where memory does. In each, three programs take turns: the paper's algorithm written
-//! plainly, the library, and the library with a drive specialised by hand, which shows what being
+//! plainly, the library, and the library with a drive specialized by hand, which shows what being
 //! generic costs. Ratios are medians over turns, in CPU time: absolute figures drift
 //! on a busy machine.
 
@@ -42,7 +42,7 @@ fn cpu_seconds() -> f64 {
     time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
-/// φ/T of a weightless gas, all that an isothermal scene could be specialised to.
+/// φ/T of a weightless gas, all that an isothermal scene could be specialized to.
 #[derive(Debug, Clone, Copy)]
 struct ByHand;
 
@@ -96,7 +96,7 @@ fn compare(name: &str, number_density: f64, displacement: f64) -> Result<(), Err
         rates[2].push(rate(|| by_hand.run(SWEEPS, &mut ()))?);
     }
     let ratio = |of: usize, to: usize| median(rates[of].iter().zip(&rates[to]).map(|(a, b)| a / b).collect());
-    println!("{name}, acceptance {:.3}", library.tally().acceptance());
+    println!("{name}, acceptance {:.3}", library.move_counts().acceptance());
     for (label, rates) in ["plain loop", "library", "library, drive by hand"].iter().zip(&rates) {
         println!("  {label:<24} {:>6.2} million trial moves per CPU second", median(rates.clone()));
     }
@@ -156,9 +156,9 @@ fn count(of: HotLoop, sweeps: u64) -> Result<(), Failure> {
     };
     let mut simulation = Simulation::builder(scene).moves(moves).seed(1).build()?;
     simulation.equilibrate(50, &mut ())?;
-    let before = *simulation.tally();
+    let before = *simulation.move_counts();
     simulation.run(sweeps, &mut ())?;
-    let done = simulation.tally().since(&before);
+    let done = simulation.move_counts().since(&before);
     println!("{of:?}: {} trials, {} events", done.trials, done.events);
     Ok(())
 }

@@ -47,19 +47,19 @@ pub(crate) fn run() -> Result<(), Failure> {
         let mut chains = Simulation::builder(scene).moves(chains).seed(1).build()?;
         local.equilibrate(200, &mut ())?;
         chains.equilibrate(100, &mut ())?;
-        let before = [*local.tally(), *chains.tally()];
+        let before = [*local.move_counts(), *chains.move_counts()];
         let (mut trials, mut events) = (Vec::new(), Vec::new());
         let mut sweeps = 0;
         for _ in 0..TURNS {
             let start = cpu_seconds();
             local.run(20, &mut ())?;
             trials.push(20.0 * PARTICLES as f64 / (cpu_seconds() - start));
-            let (start, done) = (cpu_seconds(), chains.tally().events);
+            let (start, done) = (cpu_seconds(), chains.move_counts().events);
             chains.run(10, &mut ())?;
             sweeps += 10;
-            events.push((chains.tally().events - done) as f64 / (cpu_seconds() - start));
+            events.push((chains.move_counts().events - done) as f64 / (cpu_seconds() - start));
         }
-        let [local, chains] = [local.tally().since(&before[0]), chains.tally().since(&before[1])];
+        let [local, chains] = [local.move_counts().since(&before[0]), chains.move_counts().since(&before[1])];
         let path = EventChains::PATH_PER_SPHERE * PARTICLES as f64 * f64::from(sweeps);
         table.row(
             &format!("{packing_fraction}"),

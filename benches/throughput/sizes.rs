@@ -29,24 +29,24 @@ pub(crate) fn run(largest: usize, directory: &Path) -> Result<(), Failure> {
         let width = (particles as f64 / COLUMN_DENSITY).sqrt();
         let slab = Slab::new(400.0, width, width)?;
         let scene = Scene::new(slab, particles, UniformField::default(), Isothermal::new(20.0)?)?;
-        let time = |moves: Moves, work: &dyn Fn(&gradient_mc::Tally) -> u64| -> Result<f64, Failure> {
+        let time = |moves: Moves, work: &dyn Fn(&gradient_mc::MoveCounts) -> u64| -> Result<f64, Failure> {
             let mut simulation = Simulation::builder(scene).moves(moves).seed(1).build()?;
             // The lattice of the start loosens; in the largest systems that is all there is time for.
             simulation.equilibrate((4_000_000 / particles as u64).clamp(2, 20), &mut ())?;
             let mut nanoseconds = Vec::new();
             for _ in 0..3 {
-                let (start, before) = (cpu_seconds(), work(simulation.tally()));
+                let (start, before) = (cpu_seconds(), work(simulation.move_counts()));
                 let mut seconds = 0.0;
                 while seconds < 0.3 {
                     simulation.run(1, &mut ())?;
                     seconds = cpu_seconds() - start;
                 }
-                nanoseconds.push(1e9 * seconds / (work(simulation.tally()) - before) as f64);
+                nanoseconds.push(1e9 * seconds / (work(simulation.move_counts()) - before) as f64);
             }
             Ok(median(nanoseconds))
         };
-        let trial = time(LocalMoves::new(0.5, &slab)?.into(), &|tally| tally.trials)?;
-        let event = time(EventChains::default().local_moves(None).into(), &|tally| tally.events)?;
+        let trial = time(LocalMoves::new(0.5, &slab)?.into(), &|move_counts| move_counts.trials)?;
+        let event = time(EventChains::default().local_moves(None).into(), &|move_counts| move_counts.events)?;
         trials.push((particles, trial));
         events.push((particles, event));
         let memory = memory().map_or("?".into(), |memory| format!("{memory:.2}"));

@@ -5,7 +5,7 @@ use crate::plain::PlainColumn;
 use gradient_mc::drive::Drive;
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
-use gradient_mc::start::{Start, Theory, Uniform};
+use gradient_mc::start::{RandomInsertion, Start, Theory};
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Field, Scene, Simulation, Slab, TemperatureProfile};
 use paper::Failure;
@@ -59,13 +59,14 @@ impl Method {
         let chains: Moves = EventChains::default().into();
         match self {
             Self::Plain => {
-                let start = Simulation::builder(scene).start(Uniform::default()).seed(seed).build()?;
+                let start =
+                    Simulation::builder(scene).start(RandomInsertion::default()).seed(seed).build()?;
                 let positions = start.positions();
                 Ok(Box::new(PlainColumn::new(HEIGHT, width, TEMPERATURE, DISPLACEMENT, &positions, seed)))
             }
-            Self::LocalFromUniform => library(scene, Uniform::default(), local, seed),
-            Self::TunedFromUniform => library(scene, Uniform::default(), tuned, seed),
-            Self::ChainsFromUniform => library(scene, Uniform::default(), chains, seed),
+            Self::LocalFromUniform => library(scene, RandomInsertion::default(), local, seed),
+            Self::TunedFromUniform => library(scene, RandomInsertion::default(), tuned, seed),
+            Self::ChainsFromUniform => library(scene, RandomInsertion::default(), chains, seed),
             Self::LocalFromTheory => library(scene, Theory, local, seed),
             Self::TunedFromTheory => library(scene, Theory, tuned, seed),
             Self::ChainsFromTheory => library(scene, Theory, chains, seed),

@@ -3,7 +3,7 @@
 use super::protocol::{Protocol, StartChoice};
 use gradient_mc::drive::{Drive, ForceBalance, Scheme};
 use gradient_mc::observers::{CenterOfMass, EquationOfStateProfile};
-use gradient_mc::{Every, Field, Scene, Simulation, Tally, TemperatureProfile, Warning, start};
+use gradient_mc::{Every, Field, MoveCounts, Scene, Simulation, TemperatureProfile, Warning, start};
 use paper::Failure;
 use paper::interrupt::Interrupt;
 use paper::progress::Progress;
@@ -11,7 +11,7 @@ use paper::replicas::in_chunks;
 use std::time::{Duration, Instant};
 
 /// Sweeps between two looks at the configuration: counting spheres costs less than moving them, but
-/// not nothing, and neighbouring sweeps look alike.
+/// not nothing, and neighboring sweeps look alike.
 const OBSERVATION_INTERVAL: u64 = 5;
 
 /// What one replica measured.
@@ -24,9 +24,9 @@ pub(crate) struct Replica {
     /// What the run says against itself.
     pub(crate) warnings: Vec<Warning>,
     /// Moves of the measurement.
-    pub(crate) production: Tally,
+    pub(crate) production: MoveCounts,
     /// Moves of the whole replica, and the processor time that they took.
-    pub(crate) total: Tally,
+    pub(crate) total: MoveCounts,
     pub(crate) busy: Duration,
     /// Sweeps measured.
     pub(crate) measured: u64,
@@ -48,9 +48,9 @@ where
 {
     let builder = Simulation::builder(scene).scheme(scheme).moves(protocol.moves()?).seed(seed);
     let simulation = match protocol.start {
-        StartChoice::Uniform => builder.start(start::Uniform::default()).build()?,
+        StartChoice::Uniform => builder.start(start::RandomInsertion::default()).build()?,
         StartChoice::Theory => builder.start(start::Theory).build()?,
-        StartChoice::Compact => builder.start(start::Compact).build()?,
+        StartChoice::ClosePacked => builder.start(start::ClosePacked).build()?,
     };
     measure(simulation, protocol, interrupt, progress)
 }
@@ -63,7 +63,7 @@ fn measure<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
 ) -> Result<Replica, Failure> {
     let clock = Clock::start();
     in_chunks(protocol.equilibration, interrupt, progress, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
-    let equilibrated = *simulation.tally();
+    let equilibrated = *simulation.move_counts();
     let mut center_of_mass = Every::new(OBSERVATION_INTERVAL, CenterOfMass::new());
     let mut profiles = Vec::new();
     let mut measured = 0;
@@ -84,8 +84,8 @@ fn measure<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
         center_of_mass: center_of_mass.observer,
         force_balance: simulation.force_balance().cloned(),
         warnings: simulation.warnings(),
-        production: simulation.tally().since(&equilibrated),
-        total: *simulation.tally(),
+        production: simulation.move_counts().since(&equilibrated),
+        total: *simulation.move_counts(),
         busy: clock.elapsed(),
         measured,
     })

@@ -108,7 +108,7 @@ fn equation_of_state(report: &Report) -> Panel {
     .line("Carnahan–Starling", colors::VERMILION, Mark::Line, curve(&CarnahanStarling))
     .line("modified Kolafa–Labík–Malijevský", colors::BLUE, Mark::Dashed, curve(&ModifiedKolafa))
     // For the legend alone: the panel below has no room for one of its own.
-    .points("simulation, below (all bins of the bulk)", colors::GREY, Mark::Dots, [])
+    .points("simulation, below (all bins of the bulk)", colors::GRAY, Mark::Dots, [])
 }
 
 fn deviation(report: &Report) -> Panel {
@@ -128,7 +128,7 @@ fn deviation(report: &Report) -> Panel {
     )
     .points(
         "",
-        colors::GREY,
+        colors::GRAY,
         Mark::Dots,
         report.bulk().map(|bin| Point {
             x: bin.packing_fraction(),

@@ -61,7 +61,7 @@ pub(crate) enum StartChoice {
     /// The hydrostatic profile of theory: close to the answer, and therefore no evidence
     Theory,
     /// A crystal on the base: far too low
-    Compact,
+    ClosePacked,
 }
 
 /// What sweeps consist of.
@@ -178,7 +178,7 @@ impl Protocol {
 
     /// Seed of a replica: the same for any number of threads.
     pub(crate) fn seed(&self, case: Case, replica: u64) -> u64 {
-        // The generator scrambles its seed, so neighbours are as good as any.
+        // The generator scrambles its seed, so neighbors are as good as any.
         self.seed.wrapping_mul(1_000_003).wrapping_add(replica * Case::ALL.len() as u64 + case as u64)
     }
 }

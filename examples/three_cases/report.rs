@@ -8,7 +8,7 @@ use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa, packing_f
 use gradient_mc::hydrostatics::Hydrostatics;
 use gradient_mc::observers::{CenterOfMass, EquationOfStateProfile};
 use gradient_mc::statistics::{Estimate, deviations};
-use gradient_mc::{EquationOfState, Tally};
+use gradient_mc::{EquationOfState, MoveCounts};
 use paper::Failure;
 use paper::output::write_csv;
 use paper::warnings;
@@ -118,8 +118,8 @@ pub(crate) struct Report {
     pub(crate) low_packing_fraction: f64,
     pub(crate) low_packing_fraction_theory: f64,
     pub(crate) base_packing_fraction_theory: f64,
-    pub(crate) production: Tally,
-    pub(crate) total: Tally,
+    pub(crate) production: MoveCounts,
+    pub(crate) total: MoveCounts,
     pub(crate) busy: Duration,
     /// σ of eq. (32) between the runs, and how many runs; there is none for a single run.
     pub(crate) scatter: Option<Range>,
@@ -263,13 +263,13 @@ fn certificate(replicas: &[Replica]) -> Result<Option<Certificate>, Failure> {
     Ok(pooled.certificate(Report::TOLERANCE).ok())
 }
 
-fn sum_tallies(replicas: &[Replica], tally: impl Fn(&Replica) -> Tally) -> Tally {
-    let mut sum = Tally::default();
+fn sum_tallies(replicas: &[Replica], move_counts: impl Fn(&Replica) -> MoveCounts) -> MoveCounts {
+    let mut sum = MoveCounts::default();
     for replica in replicas {
-        sum.trials += tally(replica).trials;
-        sum.accepted += tally(replica).accepted;
-        sum.chains += tally(replica).chains;
-        sum.events += tally(replica).events;
+        sum.trials += move_counts(replica).trials;
+        sum.accepted += move_counts(replica).accepted;
+        sum.chains += move_counts(replica).chains;
+        sum.events += move_counts(replica).events;
     }
     sum
 }

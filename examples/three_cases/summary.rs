@@ -16,8 +16,8 @@ pub(crate) fn table(reports: &[Report]) -> Table {
     let mut row = |label: &str, cell: &dyn Fn(&Report) -> String| table.row(label, reports.iter().map(cell));
     let estimate = |value: Option<Estimate>| value.map_or("too short".into(), |value| value.to_string());
 
-    row("centre of mass h_c, simulation", &|report| estimate(report.center_of_mass));
-    row("centre of mass, Carnahan-Starling theory", &|report| format!("{:.3}", report.center_of_mass_theory));
+    row("center of mass h_c, simulation", &|report| estimate(report.center_of_mass));
+    row("center of mass, Carnahan-Starling theory", &|report| format!("{:.3}", report.center_of_mass_theory));
     row("drift of h_c, second half minus first", &|report| estimate(report.drift));
     let low = format!("packing fraction below {BULK_BEGINS} d, simulation");
     row(&low, &|report| format!("{:.4}", report.low_packing_fraction));

@@ -33,7 +33,7 @@ const SORT_INTERVAL: u64 = 200;
 type Sphere = Point<Cartesian<3>>;
 type Spheres<X> = Microstate<Sphere, Sphere, X, WalledSlab>;
 
-/// Which of hoomd-mc's neighbour searches.
+/// Which of hoomd-mc's neighbor searches.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Grid {
     /// `VecCell`: a cube of cells around the origin.
@@ -69,7 +69,7 @@ pub(crate) enum Mode {
     Parallel(usize),
 }
 
-/// Neighbour searches, with what only one of them can do.
+/// Neighbor searches, with what only one of them can do.
 trait Cells:
     PointUpdate<Cartesian<3>, SiteKey> + PointsNearBall<Cartesian<3>, SiteKey> + Send + Sync + 'static
 {

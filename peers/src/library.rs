@@ -55,9 +55,9 @@ impl Engine for Library {
     }
 
     fn run(&mut self, sweeps: u64) -> Result<Count, Failure> {
-        let before = *self.simulation.tally();
+        let before = *self.simulation.move_counts();
         self.simulation.run(sweeps, &mut ())?;
-        let tally = self.simulation.tally().since(&before);
-        Ok(Count { trials: tally.trials, accepted: tally.accepted })
+        let move_counts = self.simulation.move_counts().since(&before);
+        Ok(Count { trials: move_counts.trials, accepted: move_counts.accepted })
     }
 }

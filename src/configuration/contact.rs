@@ -208,8 +208,8 @@ impl Configuration {
             let plane = plane(along + 1);
             let cell = spot.cell as usize;
             each(plane.layer.nearby[cell], |bit| {
-                let neighbour = cell.wrapping_add(self.grid.neighbours[bit].cell);
-                enter(plane, neighbour, [bit / 3, bit % 3]);
+                let neighbor = cell.wrapping_add(self.grid.neighbors[bit].cell);
+                enter(plane, neighbor, [bit / 3, bit % 3]);
             });
             return;
         }
@@ -224,8 +224,8 @@ impl Configuration {
             let plane = plane(spot.layer as usize + height);
             let nearby = plane.layer.nearby.get(cell).copied().unwrap_or(0);
             each(nearby & in_plane, |bit| {
-                let neighbour = cell.wrapping_add(self.grid.neighbours[bit].cell);
-                enter(plane, neighbour, [height, if AXIS == 1 { bit % 3 } else { bit / 3 }]);
+                let neighbor = cell.wrapping_add(self.grid.neighbors[bit].cell);
+                enter(plane, neighbor, [height, if AXIS == 1 { bit % 3 } else { bit / 3 }]);
             });
         }
     }

@@ -6,12 +6,12 @@ use wide::f32x4;
 
 /// The 27 cells around and including one: bit 9 layer + 3 row + column of a set of cells, each
 /// counted from the cell before.
-pub(super) const NEIGHBOURS: usize = 27;
+pub(super) const NEIGHBORS: usize = 27;
 
 /// How one of the 27 cells lies to the middle one: a line of the cache.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
-pub(super) struct Neighbour {
+pub(super) struct Neighbor {
     /// Of its corner, along x, y, z; once for each slot of a page.
     pub(super) shift: [f32x4; 3],
     /// Of its index in the layer, to be added with wrapping.
@@ -23,7 +23,7 @@ pub(super) struct Neighbour {
 /// How a slab is cut into cells.
 ///
 /// In a layer they form a table with a margin of one cell all around, which repeats what is at the other end:
-/// so the neighbours of a cell have the same distances in the table everywhere.
+/// so the neighbors of a cell have the same distances in the table everywhere.
 #[derive(Debug, Clone)]
 pub(crate) struct Grid {
     /// Cells along x, y, z.
@@ -36,12 +36,12 @@ pub(crate) struct Grid {
     last_parts: [u32; 3],
     /// Length of a row in the table of cells in a layer.
     row: u32,
-    /// Which cells of a layer have neighbours in the margin.
+    /// Which cells of a layer have neighbors in the margin.
     edges: Box<[bool]>,
     /// Periodic widths along y, z.
     pub(crate) widths: [f64; 2],
     /// Boxed, so that nothing else has to be aligned to a line of the cache.
-    pub(super) neighbours: Box<[Neighbour; 32]>,
+    pub(super) neighbors: Box<[Neighbor; 32]>,
     reach: Reach,
     /// Squared distance at which a sphere that moves straight touches another.
     pub(super) contact: f64,
@@ -76,7 +76,7 @@ pub(super) fn division(extent: f64) -> usize {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let [most, cells] = [extent.floor() as usize, (extent / SIDE).round() as usize];
     let cells = cells.clamp(most.min(3), most);
-    // A side that exceeds one diameter by rounding only could hide a neighbour two cells away.
+    // A side that exceeds one diameter by rounding only could hide a neighbor two cells away.
     let marginal = extent > cells as f64 && extent / (cells as f64) < 1.0 + 1e-12;
     if marginal && cells > 3 { cells - 1 } else { cells }
 }
@@ -95,13 +95,13 @@ impl Grid {
         let edges = (0..(cells[1] + 2) * row)
             .map(|cell| edge(cell / row, cells[1]) || edge(cell % row, cells[2]))
             .collect();
-        let neighbours = Box::new(std::array::from_fn(|bit| {
+        let neighbors = Box::new(std::array::from_fn(|bit| {
             let offsets = [bit / 9, bit / 3 % 3, bit % 3];
             #[allow(clippy::cast_possible_truncation)]
             let shift =
                 [0, 1, 2].map(|axis| f32x4::splat((offsets[axis] as f64 - 1.0) as f32 * sides[axis] as f32));
             let cell = (offsets[1] * row + offsets[2]).wrapping_sub(row + 1);
-            Neighbour { shift, cell, layer: offsets[0].min(2) }
+            Neighbor { shift, cell, layer: offsets[0].min(2) }
         }));
         #[allow(clippy::cast_possible_truncation)]
         let (row, last_parts) = (row as u32, cells.map(|cells| (PARTS * cells - 1) as u32));
@@ -113,7 +113,7 @@ impl Grid {
             row,
             edges,
             widths,
-            neighbours,
+            neighbors,
             reach: Reach::new(sides),
             contact,
         }
@@ -188,7 +188,7 @@ impl Grid {
         self.row as usize
     }
 
-    /// Whether a neighbour of a cell is in the margin, where the cell may be repeated.
+    /// Whether a neighbor of a cell is in the margin, where the cell may be repeated.
     #[inline]
     pub(super) fn at_edge(&self, cell: usize) -> bool {
         self.edges[cell]
@@ -209,13 +209,13 @@ impl Grid {
 
     /// The nine cells around and including one; not those in the margin, but the ones repeated there.
     #[cold]
-    pub(super) fn repeated_neighbours(&self, cell: usize) -> [usize; 9] {
+    pub(super) fn repeated_neighbors(&self, cell: usize) -> [usize; 9] {
         let around = |index: usize, cells: usize| {
             [if index == 1 { cells } else { index - 1 }, index, if index == cells { 1 } else { index + 1 }]
         };
         let rows = around(cell / self.row(), self.cells[1]);
         let columns = around(cell % self.row(), self.cells[2]);
-        std::array::from_fn(|neighbour| rows[neighbour / 3] * self.row() + columns[neighbour % 3])
+        std::array::from_fn(|neighbor| rows[neighbor / 3] * self.row() + columns[neighbor % 3])
     }
 
     /// Squared distance in double precision: what decides.

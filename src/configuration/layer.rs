@@ -214,8 +214,8 @@ impl Layer {
     fn mark(&mut self, grid: &Grid, cell: usize) {
         // Seen from there, the cell lies on the other side: the last bit belongs to the first.
         if grid.at_edge(cell) {
-            for (bit, neighbour) in grid.repeated_neighbours(cell).into_iter().enumerate() {
-                self.nearby[neighbour] ^= 1 << (8 - bit);
+            for (bit, neighbor) in grid.repeated_neighbors(cell).into_iter().enumerate() {
+                self.nearby[neighbor] ^= 1 << (8 - bit);
             }
         } else {
             let row = grid.row();

@@ -69,7 +69,7 @@ impl Configuration {
         const RESERVED: usize = 1 << 26;
         let grid = Grid::new(&slab);
         let layers = grid.cells[0];
-        // Close packing of centres in a layer and half a diameter on both sides.
+        // Close packing of centers in a layer and half a diameter on both sides.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let most = (slab.base_area() * (grid.sides[0] + 1.0) * std::f64::consts::SQRT_2) as usize;
         let reserve = (RESERVED / (layers * 100)).clamp(2, most);
@@ -142,7 +142,7 @@ impl Configuration {
         self.len
     }
 
-    /// Heights of the centres, in an order that means nothing.
+    /// Heights of the centers, in an order that means nothing.
     pub(crate) fn heights(&self) -> impl Iterator<Item = f64> + '_ {
         self.layers.iter().flat_map(|layer| {
             layer.spheres.iter().filter(|sphere| sphere.number != NOBODY).map(|sphere| sphere.position[0])
@@ -216,7 +216,7 @@ impl Configuration {
     /// The layers before, at and after that of a spot.
     #[inline]
     fn around(&self, spot: &Spot) -> &[Layer] {
-        neighbours_of(&self.layers, spot.layer as usize + 1)
+        neighbors_of(&self.layers, spot.layer as usize + 1)
     }
 
     /// Whether `sphere`, or a new one, would overlap another at `position` (wrapped, inside).
@@ -246,8 +246,8 @@ impl Configuration {
         }
         let spot = self.grid.spot(position);
         for layer in self.around(&spot) {
-            for neighbour in &self.grid.neighbours[9..18] {
-                for index in layer.indices_in((spot.cell as usize).wrapping_add(neighbour.cell)) {
+            for neighbor in &self.grid.neighbors[9..18] {
+                for index in layer.indices_in((spot.cell as usize).wrapping_add(neighbor.cell)) {
                     let sphere = &layer.spheres[index as usize];
                     let squared = self.grid.squared_distance(position, sphere.position);
                     if squared < 1.0 {
@@ -280,7 +280,7 @@ impl Configuration {
 
 /// The layers before, at and after one of them.
 #[inline]
-pub(crate) fn neighbours_of(layers: &[Layer], layer: usize) -> &[Layer] {
+pub(crate) fn neighbors_of(layers: &[Layer], layer: usize) -> &[Layer] {
     &layers[layer - 1..layer + 2]
 }
 

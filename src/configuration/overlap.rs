@@ -1,6 +1,6 @@
 //! Whether a sphere at a position would overlap another.
 
-use super::grid::{Grid, NEIGHBOURS, Neighbour, Site};
+use super::grid::{Grid, NEIGHBORS, Neighbor, Site};
 use super::layer::{Layer, NONE};
 use super::page::{Page, SLOTS};
 use wide::{f32x4, u32x4};
@@ -8,7 +8,7 @@ use wide::{f32x4, u32x4};
 /// Bound on the error of a squared distance in single precision, near one.
 ///
 /// Sides are below 1.5, so a coordinate relative to a cell, that of a corner, and the difference from a page's are
-/// off by at most 2⁻²⁴ each, and one relative to a neighbouring cell by 2⁻²³ more: 6·2⁻²⁴ along each axis,
+/// off by at most 2⁻²⁴ each, and one relative to a neighboring cell by 2⁻²³ more: 6·2⁻²⁴ along each axis,
 /// the rounding of double precision included. In the square this is 2√3·6·2⁻²⁴, and its own rounding adds
 /// 3·2⁻²⁴: less than 24·2⁻²⁴, a third of what is allowed for.
 const ROUNDING: f32 = 1.0 / (1 << 18) as f32;
@@ -45,22 +45,22 @@ struct Middle {
 impl Middle {
     /// Squared distances of a page's spheres in single precision, far away that which is ignored.
     #[inline]
-    fn squared_distances(&self, neighbour: &Neighbour, page: &Page) -> f32x4 {
+    fn squared_distances(&self, neighbor: &Neighbor, page: &Page) -> f32x4 {
         let [x, y, z] = self.coordinates;
-        let dx = x - neighbour.shift[0] - page.x;
-        let dy = y - neighbour.shift[1] - page.y;
-        let dz = z - neighbour.shift[2] - page.z;
+        let dx = x - neighbor.shift[0] - page.x;
+        let dy = y - neighbor.shift[1] - page.y;
+        let dz = z - neighbor.shift[2] - page.z;
         dx * dx + dy * dy + dz * dz + page.masked(self.ignored)
     }
 
     /// The nearest of all pages of a cell, in each slot.
     #[cold]
     #[inline(never)]
-    fn nearest_in_chain(&self, neighbour: &Neighbour, layer: &Layer, head: u32) -> f32x4 {
+    fn nearest_in_chain(&self, neighbor: &Neighbor, layer: &Layer, head: u32) -> f32x4 {
         let mut nearest = CLEAR;
         let mut page = head >> 1;
         while page != NONE {
-            nearest = nearest.fast_min(self.squared_distances(neighbour, &layer.pages[page as usize]));
+            nearest = nearest.fast_min(self.squared_distances(neighbor, &layer.pages[page as usize]));
             page = layer.next[page as usize];
         }
         nearest
@@ -88,12 +88,12 @@ impl Probe {
         let mut heads = 0;
         for _ in 0..VISITS {
             // Once all have been visited it is always the first, occupied or not: no harm.
-            let neighbour = &grid.neighbours[candidates.trailing_zeros() as usize & 31];
+            let neighbor = &grid.neighbors[candidates.trailing_zeros() as usize & 31];
             candidates &= candidates.wrapping_sub(1);
-            let layer = &layers[neighbour.layer];
-            let head = layer.heads[cell.wrapping_add(neighbour.cell)];
+            let layer = &layers[neighbor.layer];
+            let head = layer.heads[cell.wrapping_add(neighbor.cell)];
             let page = &layer.pages[(head >> 1) as usize];
-            nearest = nearest.fast_min(middle.squared_distances(neighbour, page));
+            nearest = nearest.fast_min(middle.squared_distances(neighbor, page));
             heads |= head;
         }
         let certain = nearest.simd_lt(CERTAIN).any();
@@ -108,14 +108,14 @@ impl Probe {
         let middle = self.middle();
         let mut candidates = self.candidates;
         while candidates != 0 {
-            let neighbour = &grid.neighbours[candidates.trailing_zeros() as usize & 31];
+            let neighbor = &grid.neighbors[candidates.trailing_zeros() as usize & 31];
             candidates &= candidates - 1;
-            let layer = &layers[neighbour.layer];
-            let head = layer.heads[cell.wrapping_add(neighbour.cell)];
+            let layer = &layers[neighbor.layer];
+            let head = layer.heads[cell.wrapping_add(neighbor.cell)];
             let page = &layer.pages[(head >> 1) as usize];
-            let mut squared = middle.squared_distances(neighbour, page);
+            let mut squared = middle.squared_distances(neighbor, page);
             if head & 1 == 1 {
-                squared = middle.nearest_in_chain(neighbour, layer, head);
+                squared = middle.nearest_in_chain(neighbor, layer, head);
             }
             if squared.simd_lt(CLEAR).any() {
                 // In what is left in doubt, the cells visited before were clear: no need to save work.
@@ -129,9 +129,9 @@ impl Probe {
     #[cold]
     #[inline(never)]
     fn overlaps_exactly(&self, grid: &Grid, layers: &[Layer]) -> bool {
-        grid.neighbours[..NEIGHBOURS].iter().any(|neighbour| {
-            let layer = &layers[neighbour.layer];
-            layer.occupants_of((self.site.cell as usize).wrapping_add(neighbour.cell)).any(|occupant| {
+        grid.neighbors[..NEIGHBORS].iter().any(|neighbor| {
+            let layer = &layers[neighbor.layer];
+            layer.occupants_of((self.site.cell as usize).wrapping_add(neighbor.cell)).any(|occupant| {
                 occupant != self.ignored
                     && grid.squared_distance(self.site.position, layer.sphere_of(occupant).position) < 1.0
             })

@@ -1,4 +1,4 @@
-//! Some of the spheres of a cell, as neighbour search sees them.
+//! Some of the spheres of a cell, as neighbor search sees them.
 
 use wide::{f32x4, u32x4};
 

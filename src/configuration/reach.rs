@@ -1,6 +1,6 @@
-//! Which neighbouring cells come within one diameter of a place.
+//! Which neighboring cells come within one diameter of a place.
 
-use super::grid::NEIGHBOURS;
+use super::grid::NEIGHBORS;
 use wide::u8x16;
 
 /// Parts of a cell along each axis that are told apart.
@@ -10,7 +10,7 @@ const QUARTERS: usize = 4;
 /// Far above the rounding of coordinates.
 const MARGIN: f64 = 1e-6;
 /// The 27 cells, one bit for each.
-const ALL: u32 = (1 << NEIGHBOURS) - 1;
+const ALL: u32 = (1 << NEIGHBORS) - 1;
 /// Cells that are visited first.
 const FIRST: usize = 5;
 
@@ -30,7 +30,7 @@ pub(super) struct Reach {
 
 const FIRST_SETS: usize = QUARTERS * QUARTERS * QUARTERS * 8;
 
-/// Whether a neighbouring cell lies before, at or after the middle one along an axis: 0, 1 or 2.
+/// Whether a neighboring cell lies before, at or after the middle one along an axis: 0, 1 or 2.
 fn offset(bit: usize, axis: usize) -> usize {
     [bit / 9, bit / 3 % 3, bit % 3][axis]
 }
@@ -47,7 +47,7 @@ impl Reach {
                 let term = (128.0 * gap * gap) as u8;
                 term
             });
-            let byte = |bit: usize| if bit < NEIGHBOURS { terms[offset(bit, axis)] } else { 0 };
+            let byte = |bit: usize| if bit < NEIGHBORS { terms[offset(bit, axis)] } else { 0 };
             [0, 16].map(|first| u8x16::new(std::array::from_fn(|lane| byte(first + lane))))
         };
         Self {
@@ -85,7 +85,7 @@ impl Reach {
 fn likeliest(sides: [f64; 3], part: usize, octant: usize) -> u32 {
     const STEPS: usize = 7;
     let parts = [part / (QUARTERS * QUARTERS), part / QUARTERS % QUARTERS, part % QUARTERS];
-    let mut weights = [0.0; NEIGHBOURS];
+    let mut weights = [0.0; NEIGHBORS];
     for point in 0..STEPS * STEPS * STEPS {
         let offsets = [point / (STEPS * STEPS), point / STEPS % STEPS, point % STEPS];
         let direction = offsets.map(|offset| offset as f64 - 0.5 * (STEPS - 1) as f64);
@@ -110,7 +110,7 @@ fn likeliest(sides: [f64; 3], part: usize, octant: usize) -> u32 {
         // Points of the grid on the faces of a cube to points on the sphere.
         weights[bit] += f64::max(ahead, 0.0) / (length * length * length);
     }
-    let mut order: [usize; NEIGHBOURS] = std::array::from_fn(|bit| bit);
+    let mut order: [usize; NEIGHBORS] = std::array::from_fn(|bit| bit);
     order.sort_by(|&a, &b| weights[b].total_cmp(&weights[a]));
     order[..FIRST].iter().map(|bit| 1 << bit).sum()
 }
@@ -138,7 +138,7 @@ mod tests {
                 let cells: Vec<u64> = cells.collect();
                 assert!(cells.iter().all(|other| *other == cells[0]), "the octant is only for the order");
                 kept += cells[0].count_ones();
-                for bit in 0..NEIGHBOURS {
+                for bit in 0..NEIGHBORS {
                     // The nearest point of the cell.
                     let corner = |axis: usize| offset(bit, axis) as f64 - 1.0;
                     let nearest = [0, 1, 2].map(|axis| place[axis].clamp(corner(axis), corner(axis) + 1.0));

@@ -1,4 +1,4 @@
-//! Neighbour search against a search over all pairs and images, and its bookkeeping.
+//! Neighbor search against a search over all pairs and images, and its bookkeeping.
 
 use super::grid::division;
 use super::layer::NONE;
@@ -79,10 +79,10 @@ fn assert_consistent(configuration: &Configuration, positions: &[[f64; 3]]) {
                     page = layer.next[page as usize];
                 }
                 // The cells around know of it.
-                for neighbour in 0..9 {
-                    let y = (y + rows + neighbour / 3 - 1) % rows;
-                    let z = (z + columns + neighbour % 3 - 1) % columns;
-                    let known = layer.nearby[grid.cell(y, z)] >> (8 - neighbour) & 1 == 1;
+                for neighbor in 0..9 {
+                    let y = (y + rows + neighbor / 3 - 1) % rows;
+                    let z = (z + columns + neighbor % 3 - 1) % columns;
+                    let known = layer.nearby[grid.cell(y, z)] >> (8 - neighbor) & 1 == 1;
                     assert_eq!(known, inhabitants > 0);
                 }
             }
@@ -161,7 +161,7 @@ fn periodic_coordinate(width: f64) -> impl Strategy<Value = f64> {
     ]
 }
 
-/// The height of a centre, walls and cell edges included.
+/// The height of a center, walls and cell edges included.
 fn height_coordinate(height: f64) -> impl Strategy<Value = f64> {
     let cells = division(height);
     let highest = height - 0.5;
@@ -212,7 +212,7 @@ fn slab([height, width_y, width_z]: [f64; 3]) -> Slab {
     Slab::new(height, width_y, width_z).unwrap()
 }
 
-/// Box, spheres (which may overlap: neighbour search does not mind), and points to ask about.
+/// Box, spheres (which may overlap: neighbor search does not mind), and points to ask about.
 fn scene() -> impl Strategy<Value = ([f64; 3], Vec<[f64; 3]>, Vec<[f64; 3]>)> {
     extents().prop_flat_map(|extents| {
         (
@@ -363,7 +363,7 @@ fn spheres_either_side_of_a_periodic_edge_meet() {
 
 #[test]
 fn cells_are_wide_enough_at_their_rounded_edges() {
-    // Of two points whose cells are not neighbours, no rounding may put one less than a diameter from
+    // Of two points whose cells are not neighbors, no rounding may put one less than a diameter from
     // the other. The danger is an extent just above an integer, and most of all a tall one.
     for integer in [4.0, 5.0, 64.0, 400.0, 4096.0, 99_999.0] {
         for excess in [0.0, 1e-15, 1e-14, 1e-13, 1e-12, 3e-12, 1e-11, 3e-11, 1e-10, 1e-9, 1e-8] {
@@ -430,7 +430,7 @@ fn dense_cells_chain_pages() {
 
 #[test]
 fn face_centered_crystal_is_free_of_overlaps_at_contact_and_full_below() {
-    // Conventional cells of side sqrt 2: touching neighbours, three cells across.
+    // Conventional cells of side sqrt 2: touching neighbors, three cells across.
     let side = 2.0_f64.sqrt() * (1.0 + 1e-14);
     let width = 3.0 * side;
     let slab = slab([width + 1.0, width, width]);

@@ -14,10 +14,10 @@ use std::fmt;
 /// weight of the column over the temperature (eq. 24 of doi:10.1103/PhysRevE.83.061306, exact for any n(x), layers at
 /// the wall included). Both come from the same n(x), and no equation of state is involved; on the lid both start from the
 /// pressure that the field assumes, which is compared with the contact density there by itself. They are recorded at
-/// the lower edges of bands one diameter high, from the lowest height of a centre on, every few sweeps.
+/// the lower edges of bands one diameter high, from the lowest height of a center on, every few sweeps.
 ///
 /// It tests that the field and the density belong to each other, not that the column is at rest: for that there is the
-/// drift of the centre of mass, and starts from both sides.
+/// drift of the center of mass, and starts from both sides.
 #[derive(Debug, Clone)]
 pub struct ForceBalance {
     base_area: f64,
@@ -28,7 +28,7 @@ pub struct ForceBalance {
     band_height: f64,
     certifiable: bool,
     /// Σ u' and Σ a over the spheres of each band; contact density at the lid and pressure that the field assumes there,
-    /// both times area; height of the centre of mass and its square.
+    /// both times area; height of the center of mass and its square.
     sample: Vec<f64>,
     averages: BlockAverages,
     /// Drifts of merged replicas.
@@ -282,9 +282,9 @@ pub struct Certificate {
     pub largest_error: f64,
     /// Pressure on the lid by the contact density less that which the field assumes, over the largest pressure.
     pub lid: Estimate,
-    /// Height of the centre of mass, second half of the run minus first, in diameters.
+    /// Height of the center of mass, second half of the run minus first, in diameters.
     pub drift: Estimate,
-    /// Number of independent configurations that would know the centre of mass as well.
+    /// Number of independent configurations that would know the center of mass as well.
     pub effective_sample_size: f64,
 }
 
@@ -311,7 +311,7 @@ pub enum Convergence {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Suggestion {
-    /// The centre of mass still moves.
+    /// The center of mass still moves.
     EquilibrateLonger,
     /// The field is not that of the density which it makes: it was frozen too early.
     AdaptLonger,

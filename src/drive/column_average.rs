@@ -167,7 +167,7 @@ fn mean_over_jump(
     mean.is_finite().then_some(mean)
 }
 
-/// The density of centres in contact with the lid, extrapolated from the fifth of a diameter next to it.
+/// The density of centers in contact with the lid, extrapolated from the fifth of a diameter next to it.
 ///
 /// The mean over the spheres of a weight that is orthogonal to z, z² and z³ in that range, z being the distance from
 /// contact: exact for a cubic n(z), within 0.4 % for the steepest that a fluid has (e^{−8z}).
@@ -183,7 +183,7 @@ impl LidContact {
     /// as many spheres have to be seen for the same error.
     const VARIANCE: f64 = 16.0;
 
-    /// Adds a sphere whose centre is `distance` below contact.
+    /// Adds a sphere whose center is `distance` below contact.
     #[inline]
     pub(super) fn add(&mut self, distance: f64) {
         if distance < Self::DEPTH {

@@ -8,7 +8,7 @@ use crate::{Error, Field, Scene, TemperatureProfile};
 ///
 /// C(x) = ∫₀ˣ a (1/T − 1/T(0)) dx' − ∫ (P/n) d(1/T)
 ///
-/// but for a constant; exact at the edges of bins and linear between them. The bins divide the heights where centres can
+/// but for a constant; exact at the edges of bins and linear between them. The bins divide the heights where centers can
 /// be: one that reached below could not tell over what range its spheres bear the weight. At constant temperature C is
 /// zero to the last bit. Between edges u' is off by at most half the bin width times u''.
 ///
@@ -44,7 +44,7 @@ pub struct EffectivePotential {
 }
 
 impl EffectivePotential {
-    /// Bins of about `bin_width` over all heights of centres, and P/n = 0 until it is [`set`](Self::set).
+    /// Bins of about `bin_width` over all heights of centers, and P/n = 0 until it is [`set`](Self::set).
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] for a width that is not positive and finite; [`Error::InvalidBins`] for too many
@@ -132,7 +132,7 @@ impl EffectivePotential {
         (0..self.bins()).map(move |bin| lowest + (bin as f64 + 0.5) * width)
     }
 
-    /// The bin that holds `height`; the nearest, where no centre can be.
+    /// The bin that holds `height`; the nearest, where no center can be.
     #[inline]
     #[must_use]
     pub fn bin(&self, height: f64) -> usize {

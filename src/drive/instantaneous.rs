@@ -67,7 +67,7 @@ impl Adaptation for EverySweep {
         potential: &EffectivePotential,
         scene: &Scene<F, T>,
     ) -> Vec<Warning> {
-        // Without a theory the judgement of the run says so.
+        // Without a theory the judgment of the run says so.
         counting_noise::warning(scene, potential.bin_width()).ok().flatten().into_iter().collect()
     }
 

@@ -348,7 +348,7 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
         }
         let x = 0.5 * (low + high);
         let (panel, t) = locate(x);
-        // At a jump the sign changes without a maximum; its neighbours are candidates already.
+        // At a jump the sign changes without a maximum; its neighbors are candidates already.
         (!panel.jump).then(|| (x, evaluate(&panel.ln_density, t)))
     }
 }

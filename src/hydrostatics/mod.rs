@@ -4,11 +4,11 @@
 //! temperature and equation of state.
 //!
 //! What it leaves out are the layers at a wall. A column of the local theory starts at its base with the bulk density;
-//! real spheres have their centres half a diameter above the wall and layer there. How many more they are than the
+//! real spheres have their centers half a diameter above the wall and layer there. How many more they are than the
 //! bulk density would have there is known: [`Hydrostatics::between_walls`] puts base and lid where the column above the
 //! layers becomes right. The local density is also wrong where ln n changes by of order 1 over a diameter.
 
-mod doubts;
+mod diagnostics;
 mod legendre;
 mod march;
 mod profile;
@@ -54,7 +54,7 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
         Self { field, temperature, equation_of_state, base: 0.0, lid: None }
     }
 
-    /// Puts the base at `height`, at most 10⁶ diameters from x = 0 (0.5 is where the centres of real
+    /// Puts the base at `height`, at most 10⁶ diameters from x = 0 (0.5 is where the centers of real
     /// spheres start).
     #[must_use]
     pub fn base(mut self, height: f64) -> Self {
@@ -97,11 +97,11 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
     /// Solves for `spheres` per unit of base area between the hard walls of `slab`, such that the column beyond the
     /// layers at the walls is right.
     ///
-    /// Centres begin half a diameter from a wall, and those in the layers there are more than the bulk density would
+    /// Centers begin half a diameter from a wall, and those in the layers there are more than the bulk density would
     /// have. By scaled-particle theory (Reiss, Frisch, Helfand and Lebowitz, doi:10.1063/1.1731020) the
     /// surface tension of a hard wall is γ = 3η(2 + η) T/(2π(1 − η)² d²), and the bulk profile that holds as many
     /// spheres begins at dγ/dP = (1 − η)/(2(1 + 2η)) from the wall: 0.5 in a dilute gas, 0.25 at η = 0.25. In a
-    /// uniform field the centre of mass is higher by as much; for the paper's isothermal columns
+    /// uniform field the center of mass is higher by as much; for the paper's isothermal columns
     /// (doi:10.1103/PhysRevE.83.061306) it is then that of density functional theory within 0.02.
     ///
     /// ```

@@ -145,7 +145,7 @@ impl HydrostaticProfile {
         self.column_density
     }
 
-    /// Height of the centre of mass.
+    /// Height of the center of mass.
     #[must_use]
     pub fn center_of_mass(&self) -> f64 {
         self.center_of_mass

@@ -1,8 +1,8 @@
-//! The rungs of the ladder for one scene, and the one that is enough.
+//! The candidates of the ladder for one scene, and the one that is enough.
 
 use super::estimate::Outlook;
 use super::ideal_column::IdealColumn;
-use super::misplaced;
+use super::total_variation;
 use super::plan::{MonteCarloPlan, MoveFamily};
 use super::reason::{Percent, Reason, Wall};
 use crate::{Error, Field, HydrostaticProfile, Scene, Slab, TemperatureProfile};
@@ -33,10 +33,10 @@ impl Model {
     ) -> Result<Vec<f64>, Error> {
         match self {
             Self::IdealGas(column) => {
-                Ok(misplaced::densities(scene.slab(), |height| column.column_below(height)))
+                Ok(total_variation::densities(scene.slab(), |height| column.column_below(height)))
             }
             Self::Hydrostatics(profile) => {
-                Ok(misplaced::densities(scene.slab(), |height| profile.column_below(height)))
+                Ok(total_variation::densities(scene.slab(), |height| profile.column_below(height)))
             }
             Self::MonteCarlo(plan) => plan.densities(scene, seed),
         }
@@ -59,7 +59,7 @@ impl fmt::Display for Model {
 pub struct Assessment {
     /// The model.
     pub model: Model,
-    /// Misplaced fraction that is expected; of a plan, root mean square over seeds.
+    /// Total variation distance that is expected; of a plan, root mean square over seeds.
     pub expected_error: f64,
     /// CPU seconds that are expected, on one core of a machine of the 2020s: good to a factor of two or three.
     pub expected_seconds: f64,
@@ -75,7 +75,7 @@ pub struct Assessment {
 #[derive(Debug, Clone)]
 pub struct ModelChoice {
     tolerance: f64,
-    rungs: Vec<Assessment>,
+    candidates: Vec<Assessment>,
     chosen: usize,
 }
 
@@ -133,10 +133,11 @@ impl ModelChoice {
         let mut plan = best_plan(scene, &outlook, tolerance)?;
         plan.is_adequate &= !frozen;
         plan.reasons.extend(freezing);
-        let rungs = vec![ideal, theory, plan];
+        let candidates = vec![ideal, theory, plan];
         // Where nothing is known to be adequate, the one that leaves out least.
-        let chosen = rungs.iter().position(|rung| rung.is_adequate).unwrap_or(rungs.len() - 1);
-        Ok(Self { tolerance, rungs, chosen })
+        let chosen =
+            candidates.iter().position(|candidate| candidate.is_adequate).unwrap_or(candidates.len() - 1);
+        Ok(Self { tolerance, candidates, chosen })
     }
 
     /// The cheapest adequate model, or the best there is.
@@ -148,13 +149,13 @@ impl ModelChoice {
     /// The same with what is expected of it.
     #[must_use]
     pub fn best(&self) -> &Assessment {
-        &self.rungs[self.chosen]
+        &self.candidates[self.chosen]
     }
 
     /// All models that were considered, from cheap to dear.
     #[must_use]
-    pub fn rungs(&self) -> &[Assessment] {
-        &self.rungs
+    pub fn candidates(&self) -> &[Assessment] {
+        &self.candidates
     }
 
     /// The tolerance that was asked for.
@@ -236,20 +237,20 @@ impl fmt::Display for ModelChoice {
             Percent(self.tolerance),
             best.model
         )?;
-        for rung in &self.rungs {
-            let name = match rung.model {
+        for candidate in &self.candidates {
+            let name = match candidate.model {
                 Model::IdealGas(_) => "ideal gas",
                 Model::Hydrostatics(_) => "hydrostatic theory",
                 Model::MonteCarlo(_) => "Monte Carlo",
             };
-            let word = if rung.is_adequate { "enough" } else { "not enough" };
+            let word = if candidate.is_adequate { "enough" } else { "not enough" };
             writeln!(
                 formatter,
                 "  {name}: {} expected, {word}, some {} CPU s",
-                Percent(rung.expected_error),
-                Seconds(rung.expected_seconds)
+                Percent(candidate.expected_error),
+                Seconds(candidate.expected_seconds)
             )?;
-            for reason in &rung.reasons {
+            for reason in &candidate.reasons {
                 writeln!(formatter, "    {reason}")?;
             }
         }

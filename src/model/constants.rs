@@ -9,13 +9,13 @@ pub(super) const LAYERS: [f64; 4] = [0.41778, -7.7632, 19.836, -13.401];
 /// What that misses of B/η².
 pub(super) const LAYERS_SCATTER: f64 = 0.019996;
 
-/// Misplaced fraction above the layers, in units of that of the ideal gas.
+/// Total variation distance above the layers, in units of that of the ideal gas.
 pub(super) const BULK: f64 = 0.0018153;
 
 /// Factor by which ideal gas or theory may be worse than expected.
 pub(super) const ALLOWANCE: f64 = 1.1158;
 
-/// Misplaced fraction by a finite base, in units of that of the ideal gas over the number of spheres.
+/// Total variation distance by a finite base, in units of that of the ideal gas over the number of spheres.
 pub(super) const FINITE_BASE: f64 = 0.55105;
 
 /// CPU seconds of the ideal gas: factor and power of the height.

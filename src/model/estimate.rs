@@ -7,9 +7,9 @@ use super::constants::{
     PLAN_ALLOWANCE, SEED_SCATTER, START_COST, SWEEP_COST, THEORY_COST,
 };
 use super::ideal_column::IdealColumn;
-use super::misplaced::{densities, misplaced_fraction};
 use super::plan::{MonteCarloPlan, MoveFamily};
 use super::planned_drive::constant_temperature;
+use super::total_variation::{densities, total_variation_distance};
 use crate::equation_of_state::{FREEZING, FluidSolid, ModifiedKolafa};
 use crate::hydrostatics::DomainExit;
 use crate::{Error, Field, HydrostaticProfile, Hydrostatics, Scene, TemperatureProfile};
@@ -24,7 +24,7 @@ pub(super) fn layering(packing_fraction: f64) -> f64 {
     eta * eta * polynomial.hypot(LAYERS_SCATTER)
 }
 
-/// Misplaced fraction of an average over `samples` independent spheres: ½ Σ |δp| with binomial δp, ½ √(2/π) Σ √(p(1 − p)/samples).
+/// Total variation distance of an average over `samples` independent spheres: ½ Σ |δp| with binomial δp, ½ √(2/π) Σ √(p(1 − p)/samples).
 pub(super) fn counting_noise(spread: f64, samples: f64) -> f64 {
     0.5 * std::f64::consts::FRAC_2_PI.sqrt() * spread / samples.sqrt()
 }
@@ -39,7 +39,7 @@ pub(super) struct Outlook {
     pub(super) column_density: f64,
     pub(super) height: f64,
     pub(super) isothermal: bool,
-    /// Misplaced fraction of the ideal gas if the theory were true.
+    /// Total variation distance of the ideal gas if the theory were true.
     pub(super) excluded_volume: f64,
     /// Packing fractions at base and lid.
     pub(super) walls: [f64; 2],
@@ -77,7 +77,7 @@ impl Outlook {
             })
             .sum();
         Ok(Self {
-            excluded_volume: misplaced_fraction(&ideal_densities, &theory_densities),
+            excluded_volume: total_variation_distance(&ideal_densities, &theory_densities),
             walls: [theory.base_packing_fraction(), theory.packing_fraction(theory.top())],
             steepest: steepest(&theory),
             ideal,
@@ -90,23 +90,23 @@ impl Outlook {
         })
     }
 
-    /// Misplaced fraction by the layers at base and lid.
+    /// Total variation distance by the layers at base and lid.
     pub(super) fn layers(&self) -> [f64; 2] {
         self.walls.map(|eta| layering(eta) / self.column_density)
     }
 
-    /// Misplaced fraction of the theory.
+    /// Total variation distance of the theory.
     pub(super) fn theory_error(&self) -> f64 {
         let [base, lid] = self.layers();
         (base + lid).hypot(self.bulk())
     }
 
-    /// Misplaced fraction by equation of state and gradients; a gas without excluded volume has none.
+    /// Total variation distance by equation of state and gradients; a gas without excluded volume has none.
     pub(super) fn bulk(&self) -> f64 {
         BULK * self.excluded_volume
     }
 
-    /// Misplaced fraction of the ideal gas.
+    /// Total variation distance of the ideal gas.
     pub(super) fn ideal_error(&self) -> f64 {
         self.excluded_volume.hypot(self.theory_error())
     }
@@ -130,7 +130,7 @@ impl Outlook {
         power_law(THEORY_COST, self.height)
     }
 
-    /// Misplaced fraction that a base with `particles` spheres adds: of the pairs that make excluded volume, 1/N are missing.
+    /// Total variation distance that a base with `particles` spheres adds: of the pairs that make excluded volume, 1/N are missing.
     pub(super) fn finite_base(&self, particles: usize) -> f64 {
         FINITE_BASE * self.excluded_volume / particles as f64
     }
@@ -152,13 +152,13 @@ impl Outlook {
         crate::equation_of_state::packing_fraction(self.theory.density_maximum().1)
     }
 
-    /// Statistical misplaced fraction of a run; the theory, at which it starts, counts for some sweeps.
+    /// Statistical total variation distance of a run; the theory, at which it starts, counts for some sweeps.
     pub(super) fn noise(&self, particles: usize, family: MoveFamily, sweeps: f64) -> f64 {
         let counted = (1.0 - MonteCarloPlan::EQUILIBRATION) * (sweeps + HEAD_START[index(family)]);
         counting_noise(self.spread, counted * particles as f64 / self.inefficiency(family))
     }
 
-    /// Sweeps for a statistical misplaced fraction; zero or less where the start would be enough.
+    /// Sweeps for a statistical total variation distance; zero or less where the start would be enough.
     pub(super) fn sweeps_for(&self, particles: usize, family: MoveFamily, error: f64) -> f64 {
         let unit = self.noise(particles, family, 1.0) / error;
         let head_start = HEAD_START[index(family)];
@@ -260,7 +260,7 @@ mod tests {
                     });
                     counts[bin.unwrap_or(5)] += 1.0;
                 }
-                misplaced_fraction(&counts, &parts.map(|part| part * SAMPLES as f64))
+                total_variation_distance(&counts, &parts.map(|part| part * SAMPLES as f64))
             })
             .collect();
         let mean = errors.iter().sum::<f64>() / REPEATS as f64;
@@ -295,7 +295,7 @@ mod tests {
         const STEPS: u32 = 20_000;
         let eta = 1e-4;
         let number_density = crate::equation_of_state::number_density(eta);
-        // Surplus over the bulk in the lowest bin, which centres enter at x = ½.
+        // Surplus over the bulk in the lowest bin, which centers enter at x = ½.
         let surplus: f64 = (0..STEPS)
             .map(|step| {
                 let gap = 0.5 * (f64::from(step) + 0.5) / f64::from(STEPS);

@@ -1,11 +1,11 @@
-//! The cheapest rung: points instead of spheres.
+//! The cheapest candidate: points instead of spheres.
 
 use crate::{Error, Field, Scene, TemperatureProfile};
 
 /// The ideal gas of a scene between its walls, without a solver: n ∝ exp(−∫ dφ/T)/T, which is exp(−φ/T) where T is constant
 /// (eqs. 10 and 28 of doi:10.1103/PhysRevE.83.061306).
 ///
-/// The centres lie half a diameter off the walls, as those of spheres; that is all it knows of their size. ln n is a straight line
+/// The centers lie half a diameter off the walls, as those of spheres; that is all it knows of their size. ln n is a straight line
 /// between nodes an eighth of a diameter apart: exact for T constant in a uniform field, and within (1/8)²/8 times
 /// the second derivative of ln n else.
 ///
@@ -76,7 +76,7 @@ impl IdealColumn {
         Ok(Self { base, spacing, nodes })
     }
 
-    /// Number density n(x); 0 where no centre can be.
+    /// Number density n(x); 0 where no center can be.
     #[must_use]
     pub fn number_density(&self, height: f64) -> f64 {
         self.interval(height).map_or(0.0, |(node, part)| self.between(node, part))
@@ -135,7 +135,7 @@ mod tests {
     use super::*;
     use crate::equation_of_state::IdealGas;
     use crate::field::ExponentialField;
-    use crate::model::{densities, misplaced_fraction};
+    use crate::model::{densities, total_variation_distance};
     use crate::temperature::ExponentialTemperature;
     use crate::{Hydrostatics, Slab};
 
@@ -156,7 +156,7 @@ mod tests {
             let gas = IdealColumn::new(&scene).unwrap();
             let ours = densities(&slab, |height| gas.column_below(height));
             let theirs = densities(&slab, |height| solved.column_below(height));
-            let error = misplaced_fraction(&ours, &theirs);
+            let error = total_variation_distance(&ours, &theirs);
             assert!(error < 1e-4, "{base} {decay_rate} {rate}: {error}");
             approx::assert_relative_eq!(
                 gas.number_density(7.3),

@@ -3,13 +3,13 @@
 //! Ideal gas, hydrostatic theory and Monte Carlo give the same profile with more and more effort. [`Scene::model_for`] tells which is the
 //! cheapest whose error stays below a tolerance, and what the cheaper ones miss.
 //!
-//! | rung | error | cost |
+//! | candidate | error | cost |
 //! |---|---|---|
 //! | [`IdealColumn`] | excluded volume: what the theory says it moves | some 10⁻⁴ CPU s |
 //! | [`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls) | the layers at the walls | some 10⁻² CPU s |
 //! | [`MonteCarloPlan`] | counting noise, a finite base | as 1/error² |
 //!
-//! The error of a model is its [`misplaced_fraction`]: ½ ∫ |n′ − n| dx over N/A, with n averaged over bins one diameter high. In a
+//! The error of a model is its [`total_variation_distance`]: ½ ∫ |n′ − n| dx over N/A, with n averaged over bins one diameter high. In a
 //! uniform field P(x) at the edges of these bins is no further off, relative to the base pressure. How the estimates were made, and how well they do on scenes that they
 //! have not seen, is said in `docs/models.md`.
 
@@ -17,22 +17,22 @@ mod choice;
 mod constants;
 mod estimate;
 mod ideal_column;
-mod misplaced;
 mod plan;
 mod planned_drive;
 mod reason;
+mod total_variation;
 
 pub use choice::{Assessment, Model, ModelChoice};
 pub use ideal_column::IdealColumn;
-pub use misplaced::{densities, misplaced_fraction};
 pub use plan::{MonteCarloPlan, MoveFamily};
 pub use planned_drive::{Planned, PlannedDrive};
 pub use reason::{Reason, Wall};
+pub use total_variation::{densities, total_variation_distance};
 
 use crate::{Error, Field, Scene, TemperatureProfile};
 
 impl<F: Field, T: TemperatureProfile> Scene<F, T> {
-    /// The cheapest model whose [`misplaced_fraction`] stays below `tolerance` in this scene, with the reasons in words and numbers.
+    /// The cheapest model whose [`total_variation_distance`] stays below `tolerance` in this scene, with the reasons in words and numbers.
     ///
     /// Ideal gas, hydrostatic theory and Monte Carlo are considered, in this order. To decide between them takes both formulas, some milliseconds. The
     /// base of the scene does not matter, except where the column freezes: profiles depend on N/A, and a plan comes with a base of its own.

@@ -1,7 +1,7 @@
 //! A Monte Carlo run that was thought out beforehand.
 
-use super::misplaced::bins;
 use super::planned_drive::{Planned, PlannedDrive};
+use super::total_variation::bins;
 use crate::moves::{EventChains, LocalMoves, Moves};
 use crate::observer::{Frame, Observer, ObserverError};
 use crate::{Error, Field, Scene, Simulation, Slab, TemperatureProfile};

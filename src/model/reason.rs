@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-/// One contribution to the error of a model. Fractions are misplaced fractions.
+/// One contribution to the error of a model. Fractions are total variation distances.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Reason {

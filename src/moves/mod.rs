@@ -17,7 +17,7 @@ pub use local::{LocalMoves, TunedDisplacements};
 
 use crate::configuration::Configuration;
 use crate::drive::{Drive, Phase};
-use crate::observer::{Recorder, Tally};
+use crate::observer::{MoveCounts, Recorder};
 use crate::random::Generator;
 use crate::{Error, Field, Scene, TemperatureProfile};
 
@@ -49,7 +49,7 @@ pub(crate) struct Sweep<'a, F, T, D> {
     pub(crate) drive: &'a D,
     pub(crate) configuration: &'a mut Configuration,
     pub(crate) generator: &'a mut Generator,
-    pub(crate) tally: &'a mut Tally,
+    pub(crate) move_counts: &'a mut MoveCounts,
     pub(crate) phase: Phase,
     pub(crate) recorder: Option<&'a mut dyn Recorder>,
 }

@@ -76,7 +76,7 @@ impl Bins {
         (0..self.count).map(move |bin| low + (bin as f64 + 0.5) / per_diameter)
     }
 
-    /// The bins that hold heights at which a centre can be, upwards.
+    /// The bins that hold heights at which a center can be, upwards.
     pub(super) fn within_reach(&self) -> impl Iterator<Item = usize> + use<> {
         let Self { slab, low, per_diameter, count, .. } = *self;
         let edge = move |bin: usize| low + bin as f64 / per_diameter;

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Structure {
-    /// A crystal whose layers follow each other as ABC: face-centred cubic.
+    /// A crystal whose layers follow each other as ABC: face-centered cubic.
     FaceCenteredCubic,
     /// A crystal whose layers follow each other as ABA: hexagonal close-packed.
     HexagonalClosePacked,
@@ -38,22 +38,22 @@ pub enum Structure {
 /// | 0.64 | all | all | 99.9 % |
 ///
 /// Of a fluid just below freezing (P/T = 10 to 11) less than 0.5 % has q₆ above 0.3, in the second layer at a wall 1 %; of crystals at melting
-/// less than 0.1 % has it below. In the same crystals adaptive common-neighbour analysis
-/// (doi:10.1088/0965-0393/20/4/045021) recognises only two thirds of the spheres at melting, and w₄ that is not averaged
+/// less than 0.1 % has it below. In the same crystals adaptive common-neighbor analysis
+/// (doi:10.1088/0965-0393/20/4/045021) recognizes only two thirds of the spheres at melting, and w₄ that is not averaged
 /// takes a quarter of the hcp spheres there for fcc.
 ///
 /// # At the walls
-/// The spheres of the layer at a wall (centres less than half a diameter above the lowest place) lack the neighbours on
+/// The spheres of the layer at a wall (centers less than half a diameter above the lowest place) lack the neighbors on
 /// one side. They are not classified, and left out of the averages of others; [`HexaticOrder`](super::HexaticOrder) is for
-/// them. The second layer has all its neighbours and is classified.
+/// them. The second layer has all its neighbors and is classified.
 ///
 /// ```
 /// use gradient_mc::observers::{BondOrder, Structure};
-/// use gradient_mc::start::Compact;
+/// use gradient_mc::start::ClosePacked;
 /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
 /// let slab = Slab::new(20.0, 8.0, 7.0)?;
 /// let scene = Scene::new(slab, 448, UniformField::default(), Isothermal::new(0.1)?)?;
-/// let simulation = Simulation::builder(scene).start(Compact).build()?;
+/// let simulation = Simulation::builder(scene).start(ClosePacked).build()?;
 /// let mut order = BondOrder::new(&slab)?;
 /// order.gather(simulation.positions());
 /// let crystalline = |sphere: &usize| {
@@ -76,7 +76,7 @@ pub struct BondOrder {
     candidates: Vec<(f64, usize, Vector3<f64>)>,
 }
 
-/// Neighbours in a close packing.
+/// Neighbors in a close packing.
 const NEAREST: usize = 12;
 /// The twelve nearest are farther only where the packing fraction is well below that of a crystal; and slabs are at
 /// least twice as wide.
@@ -85,7 +85,7 @@ const RADIUS: f64 = 1.5;
 const LEAST_CRYSTALLINE: f64 = 0.3;
 /// Averaged w₄ below which a crystal is fcc.
 const LARGEST_CUBIC: f64 = -0.04;
-/// Centres nearer than this to the lowest or highest place lack neighbours.
+/// Centers nearer than this to the lowest or highest place lack neighbors.
 const WALL_LAYER: f64 = 0.5;
 
 impl BondOrder {
@@ -239,8 +239,8 @@ mod tests {
         (slab, positions)
     }
 
-    /// Fraction of spheres for which `structure` is what the stacking says, of all layers that have two neighbours.
-    fn recognised(letters: &str, spacing: f64, jitter: f64) -> f64 {
+    /// Fraction of spheres for which `structure` is what the stacking says, of all layers that have two neighbors.
+    fn recognized(letters: &str, spacing: f64, jitter: f64) -> f64 {
         let (slab, positions) = stacked(letters, spacing, jitter);
         let mut order = BondOrder::new(&slab).unwrap();
         order.gather(positions);
@@ -272,25 +272,25 @@ mod tests {
         ["ABCABCABCABC", "ABABABABABAB", "ABACABACABAC", "ABCABCBACBAC", "ABCBABACBCAC", "ACBCABABCBCB"];
 
     #[test]
-    fn perfect_crystals_and_faults_of_stacking_are_recognised() {
+    fn perfect_crystals_and_faults_of_stacking_are_recognized() {
         for letters in STACKINGS {
             for spacing in [1.0, 1.11] {
-                let right = recognised(letters, spacing, 1e-4);
+                let right = recognized(letters, spacing, 1e-4);
                 assert!(right > 0.999_999, "{letters}: {right}");
             }
         }
     }
 
-    /// Independent displacements, which disturb bonds more than those of a crystal, where neighbours move
+    /// Independent displacements, which disturb bonds more than those of a crystal, where neighbors move
     /// together; for these see `tests/structure.rs`.
     #[test]
-    fn crystals_with_noise_are_recognised() {
+    fn crystals_with_noise_are_recognized() {
         for letters in STACKINGS {
-            let right = recognised(letters, 1.1, 0.1);
+            let right = recognized(letters, 1.1, 0.1);
             assert!(right > 0.98, "{letters}: {right}");
         }
         // Noise that no crystal survives is not taken for one.
-        assert!(recognised(STACKINGS[0], 1.1, 0.6) < 0.05);
+        assert!(recognized(STACKINGS[0], 1.1, 0.6) < 0.05);
     }
 
     #[test]

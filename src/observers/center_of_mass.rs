@@ -1,9 +1,9 @@
-//! Height of the centre of mass against time.
+//! Height of the center of mass against time.
 
 use crate::statistics::{self, Autocorrelation, Equilibration, Estimate};
 use crate::{Error, Frame, Observer, ObserverError};
 
-/// The series of the height `h_c` of the centre of mass, frame by frame.
+/// The series of the height `h_c` of the center of mass, frame by frame.
 ///
 /// Its constancy is the paper's criterion of a steady state (doi:10.1103/PhysRevE.83.061306, figs. 2
 /// and 7), and its fluctuations in an isothermal column in a uniform field are a response:
@@ -36,7 +36,7 @@ impl CenterOfMass {
         &self.series.sweeps
     }
 
-    /// Heights of the centre of mass in those frames.
+    /// Heights of the center of mass in those frames.
     #[must_use]
     pub fn heights(&self) -> &[f64] {
         &self.series.heights

@@ -7,16 +7,16 @@ use crate::{Collision, Error, Frame, Observer, ObserverError, Recorder, Slab};
 /// The pressures `P_xx(x)` and `P_yy(x)` = `P_zz(x)` of a simulation by event chains, from the collisions of
 /// the chains: an estimate that owes nothing to the weight of the column.
 ///
-/// A chain visits every sphere with the same probability and collides with its neighbours at the rate at
+/// A chain visits every sphere with the same probability and collides with its neighbors at the rate at
 /// which they are found in contact, so that collisions sample the virial (homogeneous systems:
 /// Michel, Kapfer and Krauth, doi:10.1063/1.4863991). Resolved by height, with the momentum that a
-/// collision transfers spread along the line between the centres (Irving and Kirkwood), the
+/// collision transfers spread along the line between the centers (Irving and Kirkwood), the
 /// pressure in a bin of width w is
 ///
 /// P/T = n + N/(A w ℓ) Σ s q,
 ///
 /// summed over the collisions of all chains along the axis, whose lengths add up to ℓ; s is the separation
-/// of the two centres along that axis, and q the part of the line between them that lies in
+/// of the two centers along that axis, and q the part of the line between them that lies in
 /// the bin. For a scene whose temperature varies, T is that of the height: P/T is then what
 /// the isothermal system on which the scene is mapped obeys.
 ///

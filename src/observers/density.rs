@@ -1,16 +1,16 @@
 //! Number density against height.
 
 use super::bins::{Bins, Place};
-use super::doubts;
+use super::diagnostics;
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Error, Frame, Observer, ObserverError, Slab, Warning};
 
 /// Number density n(x) in bins of equal height.
 ///
-/// The density of a bin is the mean number of centres in it over its volume A Δx, as in the paper
-/// (doi:10.1103/PhysRevE.83.061306): exact as the mean of n(x) over the bin. Centres live in
+/// The density of a bin is the mean number of centers in it over its volume A Δx, as in the paper
+/// (doi:10.1103/PhysRevE.83.061306): exact as the mean of n(x) over the bin. Centers live in
 /// `[0.5, height − 0.5]`, so a bin that reaches over such an edge is partly inaccessible and its
-/// density correspondingly low; [`with_range`](Self::with_range) puts an edge where the centres begin, as the contact
+/// density correspondingly low; [`with_range`](Self::with_range) puts an edge where the centers begin, as the contact
 /// density n(0.5⁺) needs.
 ///
 /// ```
@@ -103,7 +103,7 @@ impl DensityProfile {
     /// the spheres seen is left. Above that, and in a vacuum, bins are empty by right.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
-        doubts::of_bins(&self.bins, &self.averages)
+        diagnostics::of_bins(&self.bins, &self.averages)
     }
 
     /// Any function of the bins' number densities, with errors by jackknife over blocks.
@@ -123,7 +123,7 @@ impl DensityProfile {
         })
     }
 
-    /// Where centres begin.
+    /// Where centers begin.
     pub(super) fn lowest_center(&self) -> f64 {
         self.bins.lowest_center()
     }

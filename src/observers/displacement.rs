@@ -114,7 +114,7 @@ fn finite_or_nan(ratio: f64) -> f64 {
 impl Observer for DisplacementProfile {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         self.bins.require_slab_of(frame)?;
-        let accepted = frame.tally().displacements();
+        let accepted = frame.move_counts().displacements();
         if let Some((start_sweep, start_accepted)) = self.start {
             let sweeps = frame.sweep().checked_sub(start_sweep).filter(|&sweeps| sweeps > 0);
             // Fewer recorded than the simulation counted: it ran without this observer in between.
@@ -161,7 +161,7 @@ mod tests {
     fn moved(profile: &mut DisplacementProfile, scene: &mut Scene, from_height: f64, length: f64) {
         let displacement = Vector3::new(0.0, 0.6 * length, -0.8 * length);
         profile.record_move(&AcceptedMove { from_height, displacement });
-        scene.tally.accepted += 1;
+        scene.move_counts.accepted += 1;
     }
 
     #[test]
@@ -169,7 +169,7 @@ mod tests {
         // Two spheres in the lower half, one in the upper, frames every ten sweeps.
         let mut scene = Scene::new(10.0, &[1.0, 2.0, 7.0]);
         let mut profile = DisplacementProfile::with_range(&scene.slab, 0.0, 9.0, 3).unwrap();
-        scene.tally.accepted = 1000;
+        scene.move_counts.accepted = 1000;
         scene.sweep = 5;
         moved(&mut profile, &mut scene, 1.0, 100.0);
         profile.observe(&scene.frame()).unwrap();
@@ -183,7 +183,7 @@ mod tests {
             if interval == 20 {
                 // The simulation ran on its own for a while.
                 scene.sweep += 1000;
-                scene.tally.accepted += 1;
+                scene.move_counts.accepted += 1;
             }
             scene.sweep += 10;
             profile.observe(&scene.frame()).unwrap();

@@ -1,7 +1,7 @@
 //! Density and pressure together: the equation of state that one run yields.
 
 use super::bins::Bins;
-use super::doubts;
+use super::diagnostics;
 use super::pressure::weigh_column;
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Error, Frame, Observer, ObserverError, Slab, Warning, equation_of_state};
@@ -179,8 +179,8 @@ impl EquationOfStateProfile {
     /// density changes too much within one.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
-        let mut warnings = doubts::of_bins(&self.bins, &self.averages);
-        warnings.extend(doubts::too_wide(&self.bins, &self.averages));
+        let mut warnings = diagnostics::of_bins(&self.bins, &self.averages);
+        warnings.extend(diagnostics::too_wide(&self.bins, &self.averages));
         warnings
     }
 

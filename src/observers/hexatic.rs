@@ -6,10 +6,10 @@ use super::radial_distribution::in_the_plane;
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Error, Frame, Observer, ObserverError, Slab};
 
-/// Hexatic order of the spheres in a range of heights: ψ₆ = mean of e^{6iθ} over the directions θ of a sphere's neighbours
+/// Hexatic order of the spheres in a range of heights: ψ₆ = mean of e^{6iθ} over the directions θ of a sphere's neighbors
 /// in the plane (Nelson and Halperin, doi:10.1103/PhysRevB.19.2457).
 ///
-/// For the layer at a wall, where [`BondOrder`](super::BondOrder) cannot say anything. Neighbours of a sphere are the
+/// For the layer at a wall, where [`BondOrder`](super::BondOrder) cannot say anything. Neighbors of a sphere are the
 /// others of the range within a lateral distance; their number must not depend much on it, so it should lie in the first
 /// minimum of g(r), and the range should hold the whole layer, 0.5 to 1 for the first.
 ///
@@ -31,7 +31,7 @@ pub struct HexaticOrder {
 }
 
 impl HexaticOrder {
-    /// Spheres at heights from `low` to `high`, neighbours within the lateral distance `neighbor_distance`.
+    /// Spheres at heights from `low` to `high`, neighbors within the lateral distance `neighbor_distance`.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] unless 0 ≤ low < high ≤ height of the slab, or for a distance that is not
@@ -50,8 +50,8 @@ impl HexaticOrder {
         self.averages.observations()
     }
 
-    /// Mean |ψ₆| of a sphere: 1 if its neighbours are at multiples of 60°, whatever the orientation. A sphere without
-    /// neighbours counts as 0; NaN if no sphere was seen.
+    /// Mean |ψ₆| of a sphere: 1 if its neighbors are at multiples of 60°, whatever the orientation. A sphere without
+    /// neighbors counts as 0; NaN if no sphere was seen.
     ///
     /// # Errors
     /// [`Error::TooFewObservations`] below 16 frames.
@@ -76,7 +76,7 @@ impl HexaticOrder {
     /// Adds what an independent replica of the scene has seen.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] unless slab, heights and neighbour distance are the same.
+    /// [`Error::InvalidParameter`] unless slab, heights and neighbor distance are the same.
     pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.heights.require_same(&other.heights)?;
         super::require_same_radius(&self.neighbors, &other.neighbors)?;

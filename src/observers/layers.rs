@@ -8,7 +8,7 @@ use crate::statistics::Estimate;
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Layer {
-    /// Height of the peak: the centroid of what rises above half way from the higher of the minima beside it. A peak in the bin where centres begin is
+    /// Height of the peak: the centroid of what rises above half way from the higher of the minima beside it. A peak in the bin where centers begin is
     /// the contact peak at the wall, and there its position is that height, without error.
     pub position: Estimate,
     /// Distance from the position of the layer below; NaN for the lowest.
@@ -49,7 +49,7 @@ struct Window {
 }
 
 impl DensityProfile {
-    /// The layers, upwards; fine bins (0.05 diameters or less) and no edge of a bin below the lowest centre serve
+    /// The layers, upwards; fine bins (0.05 diameters or less) and no edge of a bin below the lowest center serve
     /// best.
     ///
     /// Two maxima are different layers if a minimum lies between them such that the visibility (`n_max` −
@@ -258,7 +258,7 @@ mod tests {
                 let off = estimate.deviation_from(expected);
                 assert!(off.abs() < 4.0 && estimate.standard_error < cap, "{estimate} and not {expected}");
             }
-            // Tails beyond the minima are cut off, and mixed with those of the neighbours.
+            // Tails beyond the minima are cut off, and mixed with those of the neighbors.
             assert!((layer.width.mean / width - 1.0).abs() < 0.03, "{}", layer.width);
             // Sum of four: density at the middle is 2/3 of that of one.
             let peak = layer.maximum_density.mean * half_width;

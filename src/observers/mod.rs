@@ -9,7 +9,7 @@
 //! | fcc, hcp or fluid | [`StructureProfile`]; sphere by sphere, [`BondOrder`] |
 //! | for an observer of your own | [`Neighbors`] |
 //!
-//! All observe in one pass over the spheres (those of structure find neighbours as well, by cells, in a time proportional
+//! All observe in one pass over the spheres (those of structure find neighbors as well, by cells, in a time proportional
 //! to their number), and their memory does not grow with the run (but for the
 //! series of [`CenterOfMass`]); all keep enough to give error bars that account for correlations in
 //! time; and independent replicas of one scene are pooled with `merge`.
@@ -23,8 +23,8 @@ mod bond_order;
 mod center_of_mass;
 mod chain_pressure;
 mod density;
+mod diagnostics;
 mod displacement;
-mod doubts;
 mod equation_of_state;
 mod hexatic;
 mod layers;
@@ -75,7 +75,7 @@ fn require_same_temperatures(mine: &[f64], others: impl Iterator<Item = f64>) ->
     Ok(())
 }
 
-/// Fails unless two observers look for neighbours within the same radius.
+/// Fails unless two observers look for neighbors within the same radius.
 fn require_same_radius(mine: &Neighbors, other: &Neighbors) -> Result<(), Error> {
     if mine.radius().to_bits() == other.radius().to_bits() {
         return Ok(());

@@ -1,4 +1,4 @@
-//! Order in the plane of a layer: the angles between the neighbours of a sphere.
+//! Order in the plane of a layer: the angles between the neighbors of a sphere.
 
 use super::bins::Bins;
 use super::neighbors::Neighbors;
@@ -6,15 +6,15 @@ use super::radial_distribution::in_the_plane;
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Error, Frame, Observer, ObserverError, Slab};
 
-/// Distribution g(θ) of the angles between neighbours, of the spheres in a range of heights.
+/// Distribution g(θ) of the angles between neighbors, of the spheres in a range of heights.
 ///
-/// Neighbours of a sphere are the others of the range within a lateral distance, 1.2 diameters in the
+/// Neighbors of a sphere are the others of the range within a lateral distance, 1.2 diameters in the
 /// paper. Each of them in turn is the reference from which the angles to the others are counted, in the
 /// plane and counterclockwise, from 0 to 360 degrees. The paper says no more of its figure 11 than the
 /// distance and that the peaks are 60 degrees apart (doi:10.1103/PhysRevE.83.061306); so are those here in a hexagonal layer.
 /// Because of ordered pairs the distribution is the same at θ and 360° − θ.
 ///
-/// g is 1 where all angles are equally likely. Bins are centred on multiples of their width, the first on 0:
+/// g is 1 where all angles are equally likely. Bins are centered on multiples of their width, the first on 0:
 /// with a number of bins that six divides, the angles of a perfect layer lie in the middle of bins.
 ///
 /// ```
@@ -34,9 +34,9 @@ pub struct NeighborAngles {
     heights: Bins,
     neighbors: Neighbors,
     bins: usize,
-    /// Directions of a sphere's neighbours, in turns.
+    /// Directions of a sphere's neighbors, in turns.
     directions: Vec<f64>,
-    /// Angles by size, then neighbours and spheres.
+    /// Angles by size, then neighbors and spheres.
     sample: Vec<f64>,
     averages: BlockAverages,
 }
@@ -47,15 +47,15 @@ pub struct NeighborAngles {
 pub struct NeighborAnglePoint {
     /// Middle of the bin, in degrees from 0 to below 360.
     pub degrees: f64,
-    /// g(θ), averaged over the bin. NaN if no sphere had two neighbours.
+    /// g(θ), averaged over the bin. NaN if no sphere had two neighbors.
     pub angular_distribution: Estimate,
 }
 
 impl NeighborAngles {
-    /// The paper's lateral distance within which spheres are neighbours.
+    /// The paper's lateral distance within which spheres are neighbors.
     pub const NEIGHBOR_DISTANCE: f64 = 1.2;
 
-    /// Spheres at heights from `low` to `high`, neighbours within 1.2 diameters, and `bins` of equal width
+    /// Spheres at heights from `low` to `high`, neighbors within 1.2 diameters, and `bins` of equal width
     /// over the full circle.
     ///
     /// # Errors
@@ -64,7 +64,7 @@ impl NeighborAngles {
         Self::with_neighbor_distance(slab, low, high, Self::NEIGHBOR_DISTANCE, bins)
     }
 
-    /// The same for neighbours within `neighbor_distance`.
+    /// The same for neighbors within `neighbor_distance`.
     ///
     /// # Errors
     /// [`Error::InvalidBins`] unless there are between 1 and [`MAXIMUM_BINS`](super::MAXIMUM_BINS) bins;
@@ -96,7 +96,7 @@ impl NeighborAngles {
         self.averages.observations()
     }
 
-    /// Mean number of neighbours of a sphere; NaN if no sphere was seen.
+    /// Mean number of neighbors of a sphere; NaN if no sphere was seen.
     ///
     /// # Errors
     /// [`Error::TooFewObservations`] below 16 frames.
@@ -125,7 +125,7 @@ impl NeighborAngles {
     /// Adds what an independent replica of the scene has seen.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] unless slab, heights, neighbour distance and bins are the same.
+    /// [`Error::InvalidParameter`] unless slab, heights, neighbor distance and bins are the same.
     pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.heights.require_same(&other.heights)?;
         super::require_same_radius(&self.neighbors, &other.neighbors)?;

@@ -6,7 +6,7 @@ use nalgebra::Vector3;
 
 /// Finds the spheres around a sphere, for observers of structure.
 ///
-/// Spheres are sorted into cells about as wide as the search radius, so finding all neighbours of all
+/// Spheres are sorted into cells about as wide as the search radius, so finding all neighbors of all
 /// spheres takes a time proportional to their number. Distances are to the nearest periodic image in y and
 /// z. Nothing is computed unless [`gather`](Self::gather) is called, and buffers are kept from one frame
 /// to the next.
@@ -53,12 +53,12 @@ pub struct Neighbors {
 pub struct Neighbor {
     /// Its number among the positions that were gathered.
     pub index: usize,
-    /// From the other sphere's centre to the nearest image of this one's.
+    /// From the other sphere's center to the nearest image of this one's.
     pub separation: Vector3<f64>,
 }
 
 impl Neighbors {
-    /// A finder of spheres whose centres are at most `radius` apart.
+    /// A finder of spheres whose centers are at most `radius` apart.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] unless the radius is positive and at most half the smaller width of the

@@ -12,7 +12,7 @@ use crate::{Error, Frame, Observer, ObserverError, Slab};
 /// height, layers at the walls included.
 ///
 /// In one configuration this is a step function of x, and its mean over a bin is computed exactly: a
-/// sphere in the bin counts with the fraction (xᵢ − low)/Δx of its weight. So there is no discretisation
+/// sphere in the bin counts with the fraction (xᵢ − low)/Δx of its weight. So there is no discretization
 /// error other than the averaging over the bin; a sum over binned densities times Δx, as eq. (3) is
 /// usually evaluated, has one.
 ///
@@ -26,7 +26,7 @@ use crate::{Error, Frame, Observer, ObserverError, Slab};
 /// let scene = Scene::new(slab, 72, UniformField::default(), Isothermal::new(5.0)?)?;
 /// let mut profile = PressureProfile::new(&slab, 120)?;
 /// Simulation::builder(scene).build()?.run(64, &mut profile)?;
-/// // Below the lowest centres the pressure is the weight of the column, N/A.
+/// // Below the lowest centers the pressure is the weight of the column, N/A.
 /// assert!((profile.points()?[0].pressure.mean - 2.0).abs() < 1e-12);
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```

@@ -11,7 +11,7 @@ use std::f64::consts::PI;
 ///
 /// The mean number of spheres at a lateral distance between r₁ and r₂ of a sphere, over the number
 /// ρ π(r₂² − r₁²) that the mean lateral density ρ = ⟨M⟩/A of the range would have there: 1 without
-/// correlations, and peaks where a crystal has its neighbours. In a bin of the paper's height, 0.1 from the wall, it is
+/// correlations, and peaks where a crystal has its neighbors. In a bin of the paper's height, 0.1 from the wall, it is
 /// the inset of its figure 4 and the left of figure 11 (doi:10.1103/PhysRevE.83.061306).
 ///
 /// The number M of spheres in the range fluctuates, as spheres come and go above; g is
@@ -206,7 +206,7 @@ mod tests {
     }
 
     /// Hard discs, sampled exactly: independent points, taken if no two overlap. To first order in their density ρ,
-    /// g(r) = 1 + ρ B(r), with B the area that two discs of radius 1 share whose centres are r apart.
+    /// g(r) = 1 + ρ B(r), with B the area that two discs of radius 1 share whose centers are r apart.
     #[test]
     fn a_dilute_gas_of_hard_discs_has_its_first_peak() {
         const DISCS: usize = 20;
@@ -226,7 +226,7 @@ mod tests {
             while scene.positions.len() < DISCS {
                 let disc = [0.6, 20.0 * generator.random::<f64>(), 20.0 * generator.random::<f64>()];
                 if scene.positions.iter().any(|other| overlap(&disc, other)) {
-                    // All over again: to try only this one would favour crowded places.
+                    // All over again: to try only this one would favor crowded places.
                     scene.positions.clear();
                 } else {
                     scene.positions.push(disc);
@@ -256,7 +256,7 @@ mod tests {
         assert!(from_ideal > 5.0, "{from_ideal}");
     }
 
-    /// Six neighbours at a, six at √3 a, six at 2a, twelve at √7 a.
+    /// Six neighbors at a, six at √3 a, six at 2a, twelve at √7 a.
     #[test]
     fn a_hexagonal_layer_has_its_shells() {
         let (mut scene, spacing) = hexagonal_layer(8, 1.103);

@@ -7,7 +7,7 @@ use crate::{Error, Frame, Observer, ObserverError, Slab};
 
 /// Fractions of fcc-like, hcp-like and fluid-like spheres in bins of equal height, by [`BondOrder`].
 ///
-/// The layer at a wall, whose spheres lack neighbours, is not classified and in no fraction.
+/// The layer at a wall, whose spheres lack neighbors, is not classified and in no fraction.
 ///
 /// ```
 /// use gradient_mc::observers::StructureProfile;

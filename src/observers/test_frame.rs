@@ -2,7 +2,7 @@
 
 use crate::field::UniformField;
 use crate::temperature::Isothermal;
-use crate::{Centers, Field, Frame, Slab, Tally, TemperatureProfile};
+use crate::{Centers, Field, Frame, MoveCounts, Slab, TemperatureProfile};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -13,7 +13,7 @@ pub(super) struct Scene {
     pub(super) temperature: Box<dyn TemperatureProfile>,
     pub(super) positions: Vec<[f64; 3]>,
     pub(super) sweep: u64,
-    pub(super) tally: Tally,
+    pub(super) move_counts: MoveCounts,
 }
 
 impl Scene {
@@ -25,7 +25,7 @@ impl Scene {
             temperature: Box::new(Isothermal::new(5.0).unwrap()),
             positions: Vec::new(),
             sweep: 0,
-            tally: Tally::default(),
+            move_counts: MoveCounts::default(),
         };
         scene.place(heights);
         scene
@@ -42,7 +42,7 @@ impl Scene {
             temperature: &*self.temperature,
             centers: Centers::listed(&self.positions),
             sweep: self.sweep,
-            tally: &self.tally,
+            move_counts: &self.move_counts,
         }
     }
 }

@@ -3,21 +3,21 @@
 //! | start | what it is for |
 //! |---|---|
 //! | [`Theory`] | the hydrostatic profile: shortest equilibration, any packing up to freezing |
-//! | [`Uniform`] | random sequential insertion at n = 0.1, as in the 2011 paper: far too high |
-//! | [`Compact`] | a close-packed crystal on the base: far too low |
+//! | [`RandomInsertion`] | random sequential insertion at n = 0.1, as in the 2011 paper: far too high |
+//! | [`ClosePacked`] | a close-packed crystal on the base: far too low |
 //! | [`Positions`] | whatever you have |
 //!
 //! A claim about the steady state needs two of them that meet. To add a start, implement [`Start`].
 
-mod lattice;
+mod close_packed;
 mod positions;
+mod random_insertion;
 mod theory;
-mod uniform;
 
-pub use lattice::Compact;
+pub use close_packed::ClosePacked;
 pub use positions::Positions;
+pub use random_insertion::RandomInsertion;
 pub use theory::Theory;
-pub use uniform::Uniform;
 
 use crate::{Error, Field, Generator, Scene, TemperatureProfile};
 use nalgebra::Vector3;
@@ -40,7 +40,7 @@ use nalgebra::Vector3;
 /// }
 /// ```
 pub trait Start {
-    /// As many centres as the scene has spheres, inside the slab; the simulation checks them.
+    /// As many centers as the scene has spheres, inside the slab; the simulation checks them.
     ///
     /// # Errors
     /// Any [`Error`], as documented by the start.

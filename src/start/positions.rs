@@ -4,7 +4,7 @@ use super::Start;
 use crate::{Error, Generator, Scene};
 use nalgebra::Vector3;
 
-/// Centres in diameters, x up. They must lie in the slab (y and z in [0, width]) and not overlap.
+/// Centers in diameters, x up. They must lie in the slab (y and z in [0, width]) and not overlap.
 ///
 /// ```
 /// use gradient_mc::start::Positions;
@@ -21,7 +21,7 @@ use nalgebra::Vector3;
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct Positions(
-    /// The centres, one per sphere of the scene.
+    /// The centers, one per sphere of the scene.
     pub Vec<Vector3<f64>>,
 );
 

@@ -1,7 +1,7 @@
 //! The hydrostatic profile as a start.
 
 use super::Start;
-use super::lattice::Lattice;
+use super::close_packed::Lattice;
 use crate::equation_of_state::FluidSolid;
 use crate::hydrostatics::Hydrostatics;
 use crate::{Error, Field, Generator, Scene, TemperatureProfile};
@@ -13,7 +13,7 @@ use nalgebra::Vector3;
 /// The lattice makes any packing possible; its vacancies let it melt within some five hundred sweeps
 /// wherever the fluid is stable. The column as a whole starts close to its steady state, which saves
 /// the slowest part of the equilibration and **proves nothing by itself**: start from
-/// [`Uniform`](super::Uniform) and [`Compact`](super::Compact) to see that they meet.
+/// [`RandomInsertion`](super::RandomInsertion) and [`ClosePacked`](super::ClosePacked) to see that they meet.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Theory;
 

@@ -6,7 +6,7 @@ use crate::Error;
 /// Averages of vectors that arrive one by one, with errors of means and of functions of means.
 ///
 /// Observations are summed into blocks of equal length. When [`MAXIMUM_BLOCKS`](Self::MAXIMUM_BLOCKS)
-/// blocks are complete, neighbours are merged and the block length doubles; so after the first 64
+/// blocks are complete, neighbors are merged and the block length doubles; so after the first 64
 /// observations there are always 64 to 127 complete blocks, and memory does not grow with the length of
 /// the run.
 ///
@@ -51,7 +51,7 @@ pub struct BlockAverages {
 }
 
 impl BlockAverages {
-    /// Complete blocks at which neighbours are merged.
+    /// Complete blocks at which neighbors are merged.
     pub const MAXIMUM_BLOCKS: usize = 128;
     /// Largest number of components.
     pub const MAXIMUM_COMPONENTS: usize = 1 << 20;
@@ -339,7 +339,7 @@ impl Level {
         self.blocks.iter().sum()
     }
 
-    /// Merges neighbours within every replica; odd blocks are added to `dropped`, and counted in the
+    /// Merges neighbors within every replica; odd blocks are added to `dropped`, and counted in the
     /// result.
     fn coarsen(&mut self, dropped: &mut [f64]) -> u64 {
         let components = dropped.len();
@@ -363,7 +363,7 @@ impl Level {
     }
 }
 
-/// Replaces blocks by the sums of neighbouring pairs, and returns the last block if it has no partner.
+/// Replaces blocks by the sums of neighboring pairs, and returns the last block if it has no partner.
 fn merge_pairs(sums: &mut Vec<f64>, components: usize) -> Vec<f64> {
     let pairs = sums.len() / components / 2;
     let odd = sums.split_off(2 * pairs * components);

@@ -18,10 +18,10 @@ fn mean(series: &[f64]) -> f64 {
 
 /// Mean of a series of correlated numbers, with its error by automated blocking.
 ///
-/// Neighbours are averaged pairwise until what remains is independent (Flyvbjerg and Petersen,
+/// Neighbors are averaged pairwise until what remains is independent (Flyvbjerg and Petersen,
 /// doi:10.1063/1.457480); where to stop is decided by Jonsson's χ² test at the 1 % level on the
-/// neighbour correlations of all further levels (doi:10.1103/PhysRevE.98.043304). To the variance of
-/// the level where the test stops, the neighbour covariance left there is added if it is positive:
+/// neighbor correlations of all further levels (doi:10.1103/PhysRevE.98.043304). To the variance of
+/// the level where the test stops, the neighbor covariance left there is added if it is positive:
 /// without it the error comes out low by the correlation that the test could not yet see. If the
 /// test passes at no level with at least 16 blocks, the largest error of those levels is returned; it
 /// is then more likely too small than too large, and [`drift`] and [`autocorrelation`](super::autocorrelation())
@@ -45,7 +45,7 @@ pub fn blocking(series: &[f64]) -> Result<Estimate, Error> {
         blocks: usize,
         /// Squared standard error of the mean, as if blocks were independent.
         independent: f64,
-        /// The same, with neighbouring blocks correlated as measured.
+        /// The same, with neighboring blocks correlated as measured.
         corrected: f64,
         /// n [γ(1)/σ² + (n − 1)/n²]²: χ² with one degree of freedom if blocks are independent.
         correlation: f64,
@@ -100,7 +100,7 @@ pub fn blocking(series: &[f64]) -> Result<Estimate, Error> {
 /// Variance of a correlated series (not of its mean), with its error by [`blocking`].
 ///
 /// The mean of (x − x̄)² is low by the variance of x̄, which blocking supplies; so the result is
-/// unbiased to first order in the correlation time over the length. Fluctuations of the centre of
+/// unbiased to first order in the correlation time over the length. Fluctuations of the center of
 /// mass give a response: Var(h) = (T²/N) dh/dT in an isothermal column.
 ///
 /// # Errors
@@ -128,7 +128,7 @@ pub fn drift(series: &[f64]) -> Result<Estimate, Error> {
     }
     let (first, second) = series.split_at(series.len() / 2);
     let (first, second) = (blocking(first)?, blocking(second)?);
-    // Neighbours across the cut are correlated, which is of relative order τ/length.
+    // Neighbors across the cut are correlated, which is of relative order τ/length.
     let squared = first.standard_error * first.standard_error + second.standard_error * second.standard_error;
     Ok(Estimate::new(second.mean - first.mean, squared.sqrt()))
 }

@@ -17,7 +17,7 @@ pub fn agrees(what: &str, estimate: Estimate, exact: f64, largest_error: f64) ->
     }
 }
 
-/// Mean height of a density given up to a factor, over the heights of a centre, by Simpson's rule.
+/// Mean height of a density given up to a factor, over the heights of a center, by Simpson's rule.
 pub fn mean_height(height: f64, density: impl Fn(f64) -> f64) -> f64 {
     let (low, high, panels) = (0.5, height - 0.5, 20_000);
     let width = (high - low) / f64::from(2 * panels);
@@ -37,7 +37,7 @@ pub fn ideal_gas_mean(height: f64, base: f64, alpha: f64, beta: f64) -> f64 {
     mean_height(height, |x| (-(rate * x).exp_m1() / (rate * base) + beta * x).exp())
 }
 
-/// Mean height of the centre of mass of two spheres on a base 3 x 3 at temperature 1, by quadrature of
+/// Mean height of the center of mass of two spheres on a base 3 x 3 at temperature 1, by quadrature of
 /// exp(−Δ/T)[L² − π(1 − Δ²)₊] over the height difference Δ.
 pub const TWO_SPHERES_MEAN: f64 = 1.567_105_973_366_81;
 /// Its variance.

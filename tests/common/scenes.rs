@@ -155,7 +155,7 @@ pub fn temperature_case() -> impl Strategy<Value = TemperatureCase> {
     ]
 }
 
-/// Heights of centres: anywhere, and the walls.
+/// Heights of centers: anywhere, and the walls.
 pub fn height_in(slab: Slab) -> impl Strategy<Value = f64> {
     let (lowest, highest) = (slab.lowest_center(), slab.highest_center());
     prop_oneof![8 => lowest..=highest, 1 => Just(lowest), 1 => Just(highest)]

@@ -11,15 +11,15 @@ pub const BIN_HEIGHT: f64 = 1.0;
 
 /// The fraction of all spheres that is at a wrong height, resolved to a diameter: half of ∫|n − n'| dx over N/A, the
 /// total-variation distance.
-pub fn misplaced_fraction(density: &[f64], reference: &[f64], column_density: f64) -> f64 {
+pub fn total_variation_distance(density: &[f64], reference: &[f64], column_density: f64) -> f64 {
     let distance: f64 =
         density.iter().zip(reference).map(|(density, reference)| (density - reference).abs()).sum();
     0.5 * distance * BIN_HEIGHT / column_density
 }
 
-/// The misplaced fraction to be expected of a density that is right but for normal noise of these standard errors:
+/// The total variation distance to be expected of a density that is right but for normal noise of these standard errors:
 /// the mean magnitude of such noise is √(2/π) of its standard deviation.
-pub fn expected_misplaced_fraction(standard_errors: &[f64], column_density: f64) -> f64 {
+pub fn expected_total_variation_distance(standard_errors: &[f64], column_density: f64) -> f64 {
     0.5 * FRAC_2_PI.sqrt() * standard_errors.iter().sum::<f64>() * BIN_HEIGHT / column_density
 }
 

@@ -75,10 +75,10 @@ fn small_boxes_lack_pressure_as_predicted() {
 fn a_sphere_at_the_wrong_height_is_misplaced() {
     // One of four spheres per area is two bins too high.
     let (right, wrong) = ([2.0, 2.0, 0.0, 0.0], [2.0, 1.0, 0.0, 1.0]);
-    assert!((accuracy::misplaced_fraction(&wrong, &right, 4.0) - 0.25).abs() < 1e-15);
-    assert!(accuracy::misplaced_fraction(&right, &right, 4.0) < 1e-15);
+    assert!((accuracy::total_variation_distance(&wrong, &right, 4.0) - 0.25).abs() < 1e-15);
+    assert!(accuracy::total_variation_distance(&right, &right, 4.0) < 1e-15);
     // A column that is nowhere where it should be.
-    assert!((accuracy::misplaced_fraction(&[0.0, 0.0, 4.0, 0.0], &right, 4.0) - 1.0).abs() < 1e-15);
+    assert!((accuracy::total_variation_distance(&[0.0, 0.0, 4.0, 0.0], &right, 4.0) - 1.0).abs() < 1e-15);
 }
 
 #[test]
@@ -93,11 +93,11 @@ fn noise_misplaces_as_much_as_its_errors_say() {
     let mean = (0..trials)
         .map(|_| {
             let noise: Vec<f64> = errors.iter().map(|error| error * normal()).collect();
-            accuracy::misplaced_fraction(&noise, &[0.0; 400], column_density)
+            accuracy::total_variation_distance(&noise, &[0.0; 400], column_density)
         })
         .sum::<f64>()
         / f64::from(trials);
-    let expected = accuracy::expected_misplaced_fraction(&errors, column_density);
+    let expected = accuracy::expected_total_variation_distance(&errors, column_density);
     assert!((mean / expected - 1.0).abs() < 0.03, "{mean}, {expected}");
 }
 

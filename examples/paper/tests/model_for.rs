@@ -6,7 +6,7 @@
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
 use gradient_mc::equation_of_state::ModifiedKolafa;
-use gradient_mc::model::{IdealColumn, Model, ModelChoice, MonteCarloPlan, Reason, misplaced_fraction};
+use gradient_mc::model::{IdealColumn, Model, ModelChoice, MonteCarloPlan, Reason, total_variation_distance};
 use gradient_mc::{Error, Hydrostatics};
 use paper::calibration::data::{Base, ColumnRow, Plan, Seeds};
 use paper::calibration::fit;
@@ -14,7 +14,7 @@ use paper::calibration::scenes::{Column, HeldOut, Parameters};
 use rustix::time::{ClockId, clock_gettime};
 use std::path::Path;
 
-/// Seeds over which the error of a rung of the ladder of plans is averaged.
+/// Seeds over which the error of a candidate of the ladder of plans is averaged.
 const SEEDS: u64 = 3;
 /// A choice may cost this many times what the cheapest adequate model costs.
 const FACTOR: f64 = 3.0;
@@ -85,7 +85,7 @@ fn formulas(scene: &Column, truth: &[f64]) -> [Run; 2] {
             .between_walls(scene.slab(), scene.column_density())
             .unwrap()
     };
-    let error = |model: Model| misplaced_fraction(&model.densities(scene, 0).unwrap(), truth);
+    let error = |model: Model| total_variation_distance(&model.densities(scene, 0).unwrap(), truth);
     [
         Run { error: error(Model::IdealGas(ideal())), seconds: time(ideal) },
         Run { error: error(Model::Hydrostatics(theory())), seconds: time(theory) },
@@ -95,7 +95,7 @@ fn formulas(scene: &Column, truth: &[f64]) -> [Run; 2] {
 fn run_plan(plan: &MonteCarloPlan, scene: &Column, truth: &[f64], seed: u64) -> Run {
     let started = cpu_seconds();
     let densities = plan.densities(scene, seed).unwrap();
-    Run { seconds: cpu_seconds() - started, error: misplaced_fraction(&densities, truth) }
+    Run { seconds: cpu_seconds() - started, error: total_variation_distance(&densities, truth) }
 }
 
 /// The shortest plan of the ladder whose error, root mean square over seeds, is below the tolerance; the longest is the last resort.
@@ -121,7 +121,7 @@ struct Outcome {
     is_right: bool,
     is_cheap: bool,
     /// Place of the choice among ideal gas, theory and simulation.
-    rung: usize,
+    candidate: usize,
     /// Had one always taken the ideal gas, or the theory: right, and cheap.
     always: [(bool, bool); 2],
     /// Had one always simulated: cheap.
@@ -136,17 +136,17 @@ fn judge(index: usize, known: &Known) -> Outcome {
     let choice = scene.model_for(tolerance).unwrap();
     assert!(choice.is_adequate(), "no adequate model for a fluid:\n{choice}");
     let formulas = formulas(&scene, truth);
-    let rung = match choice.model() {
+    let candidate = match choice.model() {
         Model::IdealGas(_) => 0,
         Model::Hydrostatics(_) => 1,
         _ => 2,
     };
-    let plan = match &choice.rungs()[2].model {
+    let plan = match &choice.candidates()[2].model {
         Model::MonteCarlo(plan) => *plan,
         other => panic!("{other} is not a plan"),
     };
-    let simulated = (rung == 2).then(|| run_plan(&plan, &scene, truth, 1));
-    let chosen = simulated.unwrap_or_else(|| formulas[rung.min(1)]);
+    let simulated = (candidate == 2).then(|| run_plan(&plan, &scene, truth, 1));
+    let chosen = simulated.unwrap_or_else(|| formulas[candidate.min(1)]);
     let names = ["ideal gas", "theory"];
     let adequate = formulas.iter().position(|run| run.error <= tolerance);
     let (cheapest, least) = match adequate {
@@ -161,7 +161,7 @@ fn judge(index: usize, known: &Known) -> Outcome {
         Model::MonteCarlo(plan) => {
             format!("{} x {} sweeps {:?}", plan.particles(), plan.sweeps(), plan.family())
         }
-        _ => names[rung.min(1)].to_owned(),
+        _ => names[candidate.min(1)].to_owned(),
     };
     println!(
         "{index:>2} {temperature:>6} {field_rate:>8} {decay_rate:>8} {column_density:>7} {:>7.2} {name:>30} {:>8.3} {:>8.3}{} {:>9.3} {:>9.3} {cheapest:>16} {:>8.3} {ratio:>6.2}{}   {:.3}",
@@ -182,9 +182,9 @@ fn judge(index: usize, known: &Known) -> Outcome {
     Outcome {
         is_right,
         is_cheap: is_right && ratio <= FACTOR,
-        rung,
+        candidate,
         always,
-        simulated_is_cheap: choice.rungs()[2].expected_seconds <= FACTOR * least.seconds,
+        simulated_is_cheap: choice.candidates()[2].expected_seconds <= FACTOR * least.seconds,
     }
 }
 
@@ -210,9 +210,12 @@ fn forty_unseen_scenes() {
     println!(
         "error below the tolerance: {right} of 40; within a factor {FACTOR} of the cheapest adequate: {cheap} of 40"
     );
-    let rungs = [0, 1, 2].map(|rung| count(&|outcome| outcome.rung == rung));
-    println!("ideal gas, theory, simulation: {rungs:?}");
-    assert!(rungs.iter().all(|&times| times >= 4), "the scenes do not exercise all rungs: {rungs:?}");
+    let candidates = [0, 1, 2].map(|candidate| count(&|outcome| outcome.candidate == candidate));
+    println!("ideal gas, theory, simulation: {candidates:?}");
+    assert!(
+        candidates.iter().all(|&times| times >= 4),
+        "the scenes do not exercise all candidates: {candidates:?}"
+    );
     assert!(right >= 38);
     assert!(cheap >= 32);
     // Rules that are wrong fail the same criteria.
@@ -290,7 +293,10 @@ fn a_smaller_tolerance_never_costs_less() {
         assert!(choice.is_adequate() && choice.best().expected_error <= tolerance, "{choice}");
         if let Some(previous) = &previous {
             assert!(choice.best().expected_seconds >= previous.best().expected_seconds, "{previous}{choice}");
-            assert!((choice.rungs()[1].expected_error - previous.rungs()[1].expected_error).abs() < 1e-15);
+            assert!(
+                (choice.candidates()[1].expected_error - previous.candidates()[1].expected_error).abs()
+                    < 1e-15
+            );
         }
         previous = Some(choice);
     }

@@ -17,7 +17,7 @@ const RANGE: f64 = 1.0;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct WalledSlab {
     pub(crate) edges: [PositiveReal; 3],
-    /// Largest distance of a centre from the middle.
+    /// Largest distance of a center from the middle.
     farthest: f64,
     half_edges: [f64; 3],
 }

@@ -15,7 +15,7 @@ pub(super) struct Link {
     pub(super) other: u32,
 }
 
-/// A sphere as the search for neighbours sees it.
+/// A sphere as the search for neighbors sees it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Candidate {
     /// Relative to the tile.

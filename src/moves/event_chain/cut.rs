@@ -3,7 +3,7 @@
 use crate::Slab;
 use crate::random::{Generator, unit};
 
-/// Distance between the mobile spheres of neighbouring tiles: more than that at which spheres touch.
+/// Distance between the mobile spheres of neighboring tiles: more than that at which spheres touch.
 const STRIP: f64 = 1.0 + 1e-6;
 /// How far beside a tile the spheres are that its own may touch: less than [`STRIP`], so that none of them
 /// is mobile in another tile.
@@ -217,18 +217,18 @@ mod tests {
                 for _ in 0..cuts {
                     let shifted = cut.shifted(&mut generator);
                     let mut owners = 0;
-                    let mut neighbours = 0;
+                    let mut neighbors = 0;
                     for tile in 0..cut.tiles() {
                         let sections = shifted.tile(tile);
                         let [first, second] = [0, 1]
                             .map(|side: usize| sections[side].locate(place[side].min(extents[across[side]])));
                         if let (Some((_, first)), Some((_, second))) = (first, second) {
                             owners += u32::from(first && second);
-                            neighbours += u32::from(!(first && second));
+                            neighbors += u32::from(!(first && second));
                         }
                     }
                     // What is mobile in one tile is out of reach in all others.
-                    assert!(owners == 0 || (owners == 1 && neighbours == 0));
+                    assert!(owners == 0 || (owners == 1 && neighbors == 0));
                     mobile += owners;
                 }
                 let share = f64::from(mobile) / f64::from(cuts);

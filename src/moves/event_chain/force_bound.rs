@@ -61,7 +61,7 @@ impl ForceBounds {
     /// Lets the clock of the field run while a sphere goes from `height` over `distance`: the distance at
     /// which it strikes and the bound that holds there, or nothing if time is left on it at the end.
     #[inline]
-    pub(super) fn strike(
+    pub(super) fn thinning_event(
         &self,
         clock: &mut f64,
         height: f64,

@@ -3,7 +3,7 @@
 mod constraints;
 mod cut;
 mod force_bound;
-mod patience;
+mod stall_guard;
 mod tiles;
 mod visit;
 
@@ -16,7 +16,7 @@ use crate::{Error, Field, Slab, TemperatureProfile};
 use cut::Sizes;
 use force_bound::ForceBounds;
 use nalgebra::Vector3;
-use patience::Patience;
+use stall_guard::StallGuard;
 use tiles::Tiles;
 
 /// What becomes of a chain that the field stops.
@@ -61,7 +61,7 @@ pub enum FieldEvent {
 /// let mut center_of_mass = CenterOfMass::new();
 /// simulation.equilibrate(100, &mut ())?;
 /// simulation.run(400, &mut center_of_mass)?;
-/// assert!(simulation.tally().events > 0);
+/// assert!(simulation.move_counts().events > 0);
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -135,7 +135,7 @@ impl EventChains {
     /// A sweep of local moves after the chains of each sweep, by default with S = 0.5.
     ///
     /// Chains move a whole column and local moves its spheres: by both together n(x) becomes known
-    /// two to three times as fast in every bin, the centre of mass half as fast.
+    /// two to three times as fast in every bin, the center of mass half as fast.
     #[must_use]
     pub fn local_moves(self, local_moves: Option<LocalMoves>) -> Self {
         Self { local_moves, ..self }
@@ -224,7 +224,7 @@ impl Engine {
             } else {
                 lateral_chain(sweep, sphere, axis, length)?;
             }
-            sweep.tally.chains += 1;
+            sweep.move_counts.chains += 1;
             if let Some(recorder) = &mut sweep.recorder {
                 recorder.record_chain(axis, length);
             }
@@ -242,7 +242,7 @@ impl Engine {
     ) -> Result<(), Error> {
         let slab = *sweep.configuration.slab();
         self.length.path += left;
-        let mut patience = Patience::new(left, sweep.phase);
+        let mut stall_guard = StallGuard::new(left, sweep.phase);
         // The field's clock: it strikes when the bound of the force, integrated along the path, uses it up.
         let mut clock = exponential(sweep.generator);
         loop {
@@ -254,14 +254,14 @@ impl Engine {
             if let Some(contact) = sweep.configuration.first_contact(sphere, 0, rising, limit) {
                 (distance, stop) = (contact.distance, Stop::Contact(contact));
             }
-            if let Some((strike, bound)) = self.bounds.strike(&mut clock, height, rising, distance) {
-                (distance, stop) = (strike, Stop::Field { bound });
+            if let Some((event, bound)) = self.bounds.thinning_event(&mut clock, height, rising, distance) {
+                (distance, stop) = (event, Stop::Field { bound });
             }
             let signed = if rising { distance } else { -distance };
             let new_height = (height + signed).clamp(slab.lowest_center(), slab.highest_center());
             sweep.displace(sphere, position, 0, signed, new_height);
             left -= distance;
-            if !patience.lasts(left)? {
+            if !stall_guard.lasts(left)? {
                 return Ok(());
             }
             match stop {
@@ -271,7 +271,7 @@ impl Engine {
                     sphere = contact.sphere;
                 }
                 Stop::Wall => {
-                    sweep.tally.events += 1;
+                    sweep.move_counts.events += 1;
                     rising = !rising;
                 }
                 Stop::Field { bound } => {
@@ -282,7 +282,7 @@ impl Engine {
                         return Err(Error::InvalidForce { height: new_height, force, bound });
                     }
                     if unit(sweep.generator) * bound < uphill {
-                        sweep.tally.events += 1;
+                        sweep.move_counts.events += 1;
                         self.length.field_events += 1;
                         let Sweep { scene, drive, configuration, generator, .. } = sweep;
                         let force_of = |other: usize| {
@@ -394,7 +394,7 @@ fn lateral_chain<F, T, D>(
     mut left: f64,
 ) -> Result<(), Error> {
     let width = sweep.configuration.slab().widths()[axis - 1];
-    let mut patience = Patience::new(left, sweep.phase);
+    let mut stall_guard = StallGuard::new(left, sweep.phase);
     loop {
         let position = sweep.configuration.position(sphere);
         // Beyond half the width an image would be nearer.
@@ -404,7 +404,7 @@ fn lateral_chain<F, T, D>(
         let coordinate = wrap(position[axis] + distance, width);
         sweep.displace(sphere, position, axis, distance, coordinate);
         left -= distance;
-        if !patience.lasts(left)? {
+        if !stall_guard.lasts(left)? {
             return Ok(());
         }
         if let Some(contact) = contact {
@@ -433,7 +433,7 @@ impl<F, T, D> Sweep<'_, F, T, D> {
     /// Counts a collision of a sphere at `height`, and reports it.
     #[inline]
     fn collide(&mut self, axis: usize, height: f64, contact: Contact) {
-        self.tally.events += 1;
+        self.move_counts.events += 1;
         if let Some(recorder) = &mut self.recorder {
             let to_height = self.configuration.position(contact.sphere)[0];
             let separation = contact.separation;

@@ -72,20 +72,20 @@ fn two_spheres_tell_right_rules_from_wrong_ones() {
 #[test]
 fn a_chain_that_does_not_advance_is_given_up() {
     for (phase, least, most) in [
-        (Phase::Equilibration, Patience::PIECES_IN_EQUILIBRATION, Patience::PIECES_IN_EQUILIBRATION),
-        (Phase::Production, Patience::PIECES, Patience::PIECES),
+        (Phase::Equilibration, StallGuard::PIECES_IN_EQUILIBRATION, StallGuard::PIECES_IN_EQUILIBRATION),
+        (Phase::Production, StallGuard::PIECES, StallGuard::PIECES),
     ] {
-        let mut patience = Patience::new(2.0, phase);
+        let mut stall_guard = StallGuard::new(2.0, phase);
         let mut pieces = 1;
         // Half a diameter, and no more.
-        while matches!(patience.lasts(1.5), Ok(true)) {
+        while matches!(stall_guard.lasts(1.5), Ok(true)) {
             pieces += 1;
         }
         assert!(pieces >= least && pieces <= most);
         // A diameter in every few thousand pieces is enough for ever.
-        let mut patience = Patience::new(100.0, phase);
+        let mut stall_guard = StallGuard::new(100.0, phase);
         for piece in 0..400_000 {
-            assert!(patience.lasts(100.0 - f64::from(piece) / 5000.0).unwrap());
+            assert!(stall_guard.lasts(100.0 - f64::from(piece) / 5000.0).unwrap());
         }
     }
 }

@@ -103,7 +103,7 @@ impl Tiles {
         length: f64,
         sums: &mut Sums,
     ) -> Result<(), Error> {
-        let Sweep { scene, drive, configuration, generator, tally, phase, recorder } = sweep;
+        let Sweep { scene, drive, configuration, generator, move_counts, phase, recorder } = sweep;
         let shifted = cut.shifted(generator);
         // At most as many as cells, which fit a u32.
         #[allow(clippy::cast_possible_truncation)]
@@ -158,8 +158,8 @@ impl Tiles {
                         layers[to].insert(grid, &site, number);
                     }
                 }
-                tally.events += outcome.events;
-                tally.chains += outcome.chains;
+                move_counts.events += outcome.events;
+                move_counts.chains += outcome.chains;
                 if cut.axis == 0 {
                     sums.path += outcome.path;
                     sums.field_events += outcome.field_events;

@@ -3,7 +3,7 @@
 use super::constraints::{Candidate, Columns, Constraints};
 use super::cut::{Cut, Section};
 use super::force_bound::ForceBounds;
-use super::patience::Patience;
+use super::stall_guard::StallGuard;
 use super::{FieldEvent, field_event};
 use crate::configuration::{Grid, Layer};
 use crate::drive::{Drive, Phase};
@@ -237,7 +237,7 @@ impl Tile {
         let (lowest, highest) = (slab.lowest_center(), slab.highest_center());
         let mut sphere = index(generator, self.mobile);
         let mut forward = unit(generator) < 0.5;
-        let mut patience = Patience::between_frozen(left, common.phase);
+        let mut stall_guard = StallGuard::between_frozen(left, common.phase);
         let mut clock = if vertical { exponential(generator) } else { f64::INFINITY };
         loop {
             let from = self.along[sphere];
@@ -262,9 +262,10 @@ impl Tile {
                 stop = Stop::Contact { sphere: touched as usize, reach: touch };
             }
             if vertical
-                && let Some((strike, bound)) = common.bounds.strike(&mut clock, from, forward, distance)
+                && let Some((event, bound)) =
+                    common.bounds.thinning_event(&mut clock, from, forward, distance)
             {
-                (distance, stop) = (strike, Stop::Field { bound });
+                (distance, stop) = (event, Stop::Field { bound });
             }
             let signed = if forward { distance } else { -distance };
             let to = if vertical { (from + signed).clamp(lowest, highest) } else { from + signed };
@@ -276,7 +277,7 @@ impl Tile {
                 let from_height = if vertical { from } else { self.heights[sphere] };
                 outcome.recorded.push(Event::Move(AcceptedMove { from_height, displacement }));
             }
-            if !patience.lasts(left)? {
+            if !stall_guard.lasts(left)? {
                 return Ok(());
             }
             match stop {

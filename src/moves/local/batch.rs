@@ -1,7 +1,7 @@
 //! Trials that are prepared together.
 
 use super::visit::{Place, Slice};
-use crate::configuration::{Grid, NOBODY, Probe, Site, Spot, neighbours_of, occupied_in_reach, wrap};
+use crate::configuration::{Grid, NOBODY, Probe, Site, Spot, neighbors_of, occupied_in_reach, wrap};
 use wide::f32x8;
 
 /// Trials in a batch.
@@ -180,12 +180,12 @@ impl<const COUNT: usize> Trials<COUNT> {
             self.ignored[trial] = if near { own } else { NOBODY };
         }
         for trial in 0..COUNT {
-            let around = neighbours_of(layers, self.local[trial] as usize);
+            let around = neighbors_of(layers, self.local[trial] as usize);
             let [cell, part] = [self.cell[3][trial], self.cell[4][trial]];
             self.candidates[trial] = occupied_in_reach(grid, around, cell, part, self.octant(trial));
         }
         for trial in 0..COUNT {
-            let around = neighbours_of(layers, self.local[trial] as usize);
+            let around = neighbors_of(layers, self.local[trial] as usize);
             let (overlaps, left) = self.probe(trial).overlaps_early::<EARLY>(grid, around);
             self.refused[trial] |= overlaps;
             self.candidates[trial] = left;

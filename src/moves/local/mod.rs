@@ -93,10 +93,10 @@ impl LocalMoves {
     ///
     /// ```
     /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, moves::LocalMoves};
-    /// use gradient_mc::{start::Uniform, temperature::Isothermal};
+    /// use gradient_mc::{start::RandomInsertion, temperature::Isothermal};
     /// let scene = Scene::new(Slab::new(400.0, 5.0, 5.0)?, 1000, UniformField::default(), Isothermal::new(20.0)?)?;
     /// let mut simulation =
-    ///     Simulation::builder(scene).start(Uniform::default()).moves(LocalMoves::tuned()).seed(1).build()?;
+    ///     Simulation::builder(scene).start(RandomInsertion::default()).moves(LocalMoves::tuned()).seed(1).build()?;
     /// simulation.equilibrate(500, &mut ())?;
     /// let center_of_mass = simulation.frame().heights().sum::<f64>() / 1000.0;
     /// assert!(center_of_mass < 60.0, "it has fallen from 200");
@@ -201,7 +201,7 @@ impl Engine {
         &mut self,
         sweep: &mut Sweep<'_, F, T, D>,
     ) -> Result<(), Error> {
-        let Sweep { scene, drive, configuration, generator, tally, phase, recorder } = sweep;
+        let Sweep { scene, drive, configuration, generator, move_counts, phase, recorder } = sweep;
         if self.sweeps.is_multiple_of(Self::SWEEPS_BETWEEN_SORTS) {
             configuration.sort();
         }
@@ -235,12 +235,12 @@ impl Engine {
                 let potential = drive.reduced_potential(scene, height);
                 return Err(Error::InvalidPotential { height, potential });
             }
-            tally.accepted += outcome.accepted;
+            move_counts.accepted += outcome.accepted;
             if let Some(recorder) = recorder {
                 outcome.moves.iter().for_each(|accepted| recorder.record_move(accepted));
             }
         }
-        tally.trials += particles as u64;
+        move_counts.trials += particles as u64;
         if let Some(tuning) = self.tuning.as_deref_mut().filter(|tuning| tuning.adapting()) {
             for (slab, outcome) in self.outcomes[..slabs].iter().enumerate() {
                 tuning.learn(slab, &outcome.moves);

@@ -5,7 +5,7 @@ use crate::Scene;
 use crate::configuration::Configuration;
 use crate::drive::{IsothermalDrive, Phase};
 use crate::field::UniformField;
-use crate::observer::Tally;
+use crate::observer::MoveCounts;
 use crate::statistics::BlockAverages;
 use crate::temperature::Isothermal;
 
@@ -15,7 +15,7 @@ pub(super) struct Column {
     pub(super) configuration: Configuration,
     pub(super) engine: Engine,
     generator: Generator,
-    pub(super) tally: Tally,
+    pub(super) move_counts: MoveCounts,
     pub(super) phase: Phase,
 }
 
@@ -36,7 +36,7 @@ impl Column {
             configuration: Configuration::new(slab, positions).unwrap(),
             engine,
             generator: Generator::seed_from_u64(5),
-            tally: Tally::default(),
+            move_counts: MoveCounts::default(),
             phase: Phase::Production,
         }
     }
@@ -48,7 +48,7 @@ impl Column {
                 drive: &IsothermalDrive,
                 configuration: &mut self.configuration,
                 generator: &mut self.generator,
-                tally: &mut self.tally,
+                move_counts: &mut self.move_counts,
                 phase: self.phase,
                 recorder: None,
             })
@@ -74,7 +74,7 @@ fn one_sphere_in_many_domains_follows_the_barometric_law() {
         across[1] += u32::from(z > 3.0);
     }
     assert!(column.engine.domains.slabs() >= 3 && column.engine.domains.tiles() >= 4);
-    assert!(column.tally.acceptance() < 0.85);
+    assert!(column.move_counts.acceptance() < 0.85);
     check_barometric(&moments, temperature, range).unwrap();
     // Every place across is as good as any other.
     for times in across {

@@ -95,13 +95,13 @@ pub struct TunedDisplacements {
     /// The box is divided into bands of so many layers.
     layers_per_band: usize,
     layer_side: f64,
-    /// Of each band and rung of the ladder.
+    /// Of each band and candidate of the ladder.
     counts: Vec<[Count; MOST]>,
     plan: Plan,
     /// Bands below and above the middle of a slab that it covers.
     reach: usize,
     /// Rungs of the slabs of this sweep.
-    rungs: Vec<usize>,
+    candidates: Vec<usize>,
     adapting: bool,
     sweeps: u64,
     next_update: u64,
@@ -129,14 +129,14 @@ impl TunedDisplacements {
         if self.plan.short.is_empty() || height.is_nan() {
             return None;
         }
-        self.plan.short[self.band(height)].map(|rung| self.size(rung))
+        self.plan.short[self.band(height)].map(|candidate| self.size(candidate))
     }
 
     /// S along x in diameters of the sweeps with long displacements, the same at every height; none if the
     /// slab is too low for such sweeps or nothing is known yet.
     #[must_use]
     pub fn long(&self) -> Option<f64> {
-        self.plan.long.map(|rung| self.size(rung))
+        self.plan.long.map(|candidate| self.size(candidate))
     }
 
     /// Share of the sweeps that are long.
@@ -145,8 +145,8 @@ impl TunedDisplacements {
         self.plan.share_of_long
     }
 
-    fn size(&self, rung: usize) -> f64 {
-        self.ladder[rung].maximum_displacement()
+    fn size(&self, candidate: usize) -> f64 {
+        self.ladder[candidate].maximum_displacement()
     }
 
     fn prepare(&mut self, grid: &Grid, domains: &Domains) {
@@ -155,9 +155,9 @@ impl TunedDisplacements {
         let ratio = libm::pow(largest / Self::SMALLEST, 1.0 / (SHORT - 1) as f64);
         let mut size = largest;
         self.ladder = vec![LocalMoves::capped(largest, largest); SHORT];
-        for rung in self.ladder.iter_mut().rev().skip(1) {
+        for candidate in self.ladder.iter_mut().rev().skip(1) {
             size /= ratio;
-            *rung = LocalMoves::capped(size, largest);
+            *candidate = LocalMoves::capped(size, largest);
         }
         size = 2.0 * largest;
         while size <= 0.5 * height && self.ladder.len() < MOST {
@@ -179,7 +179,7 @@ impl TunedDisplacements {
         self.next_update = Self::FIRST_UPDATE;
     }
 
-    /// Cuts the box for a sweep, and chooses the rungs of its slabs. In production neither depends on where
+    /// Cuts the box for a sweep, and chooses the candidates of its slabs. In production neither depends on where
     /// spheres are.
     pub(super) fn cut(
         &mut self,
@@ -201,36 +201,37 @@ impl TunedDisplacements {
         let long = self.long_rung(generator);
         let moves = &self.ladder[long.unwrap_or(SHORT - 1)];
         domains.cut(grid, particles, [moves.maximum_displacement(), moves.largest_across()], generator);
-        self.rungs.clear();
+        self.candidates.clear();
         // One more than this time, since their number varies.
-        self.rungs.reserve(domains.slabs() + 1);
+        self.candidates.reserve(domains.slabs() + 1);
         for slab in 0..domains.slabs() {
             let [first, end] = domains.slab(slab);
-            let rung = long.unwrap_or_else(|| {
+            let candidate = long.unwrap_or_else(|| {
                 let best = self.plan.short[usize::midpoint(first, end) / self.layers_per_band];
                 best.filter(|_| !self.explores(generator)).unwrap_or_else(|| index(generator, SHORT))
             });
-            self.rungs.push(rung);
+            self.candidates.push(candidate);
             if adapts {
                 for layer in first..end {
                     let spheres = &layers[layer + 1].spheres;
                     let count = spheres.iter().filter(|sphere| sphere.number != NOBODY).count();
-                    self.counts[layer / self.layers_per_band][rung].trials += count as f64;
+                    self.counts[layer / self.layers_per_band][candidate].trials += count as f64;
                 }
             }
         }
     }
 
-    /// The rung of all slabs if the sweep is a long one.
+    /// The candidate of all slabs if the sweep is a long one.
     fn long_rung(&self, generator: &mut Generator) -> Option<usize> {
-        let rungs = self.ladder.len() - SHORT;
-        if rungs == 0 {
+        let candidates = self.ladder.len() - SHORT;
+        if candidates == 0 {
             return None;
         }
         let explores = self.explores(generator);
         let share = if explores { 0.5 } else { self.plan.share_of_long };
-        (unit(generator) < share)
-            .then(|| self.plan.long.filter(|_| !explores).unwrap_or_else(|| SHORT + index(generator, rungs)))
+        (unit(generator) < share).then(|| {
+            self.plan.long.filter(|_| !explores).unwrap_or_else(|| SHORT + index(generator, candidates))
+        })
     }
 
     fn explores(&self, generator: &mut Generator) -> bool {
@@ -244,15 +245,15 @@ impl TunedDisplacements {
 
     /// The moves of a slab in this sweep.
     pub(super) fn moves_of(&self, slab: usize) -> &LocalMoves {
-        &self.ladder[self.rungs[slab]]
+        &self.ladder[self.candidates[slab]]
     }
 
     /// Notes the accepted moves of a slab.
     pub(super) fn learn(&mut self, slab: usize, moves: &[AcceptedMove]) {
-        let rung = self.rungs[slab];
+        let candidate = self.candidates[slab];
         for accepted in moves {
             let band = self.band(accepted.from_height);
-            self.counts[band][rung].add(accepted.displacement.x);
+            self.counts[band][candidate].add(accepted.displacement.x);
         }
     }
 
@@ -284,10 +285,10 @@ impl TunedDisplacements {
         let last = bands.len() - 1;
         for (band, best) in self.plan.short.iter_mut().enumerate() {
             let around = &near[band.saturating_sub(self.reach)..=(band + self.reach).min(last)];
-            let tried = |rung: usize| around.iter().map(|band| band.trials[rung]).sum::<f64>();
-            if (0..SHORT).all(|rung| tried(rung) >= Self::ENOUGH) {
-                *best = least((0..SHORT).map(|rung| {
-                    (rung, around.iter().map(|band| band.resistance(band.transports[rung])).sum())
+            let tried = |candidate: usize| around.iter().map(|band| band.trials[candidate]).sum::<f64>();
+            if (0..SHORT).all(|candidate| tried(candidate) >= Self::ENOUGH) {
+                *best = least((0..SHORT).map(|candidate| {
+                    (candidate, around.iter().map(|band| band.resistance(band.transports[candidate])).sum())
                 }));
             }
         }

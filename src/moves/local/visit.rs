@@ -4,7 +4,7 @@ use super::LocalMoves;
 use super::batch::{BATCH, Rules, Targets, Trial, Trials};
 use super::domains::Domains;
 use crate::Scene;
-use crate::configuration::{Grid, Layer, NOBODY, neighbours_of};
+use crate::configuration::{Grid, Layer, NOBODY, neighbors_of};
 use crate::drive::{Drive, log_acceptance};
 use crate::observer::AcceptedMove;
 use crate::random::{Generator, index, unit};
@@ -167,7 +167,7 @@ impl Slice<'_> {
                 };
                 let Some(trial) = trial else { continue };
                 let Trial { place, local, from_height, probe, .. } = trial;
-                if probe.overlaps(grid, neighbours_of(self.layers, local)) {
+                if probe.overlaps(grid, neighbors_of(self.layers, local)) {
                     continue;
                 }
                 let site = probe.site;

@@ -4,7 +4,7 @@
 //! anything is off.
 
 use gradient_mc::drive::{Drive, EquationOfStateClosure, SelfConsistent};
-use gradient_mc::start::Compact;
+use gradient_mc::start::ClosePacked;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{
     EquationOfState, Error, Every, Field, Frame, Observer, ObserverError, Scene, Simulation, Slab,
@@ -116,7 +116,7 @@ fn main() -> Result<ExitCode, Error> {
     let slab = Slab::new(40.0, 4.0, 4.0)?;
     let scene = Scene::new(slab, 1, Spring { stiffness: 0.5, center: 20.0 }, Isothermal::new(2.0)?)?;
     let mut simulation =
-        Simulation::builder(scene).start(Compact).maximum_displacement(2.0).seed(1).build()?;
+        Simulation::builder(scene).start(ClosePacked).maximum_displacement(2.0).seed(1).build()?;
     let mut heights = Heights::below(40.0);
     simulation.equilibrate(10_000, &mut ())?;
     simulation.run(2_000_000, &mut heights)?;
@@ -128,7 +128,7 @@ fn main() -> Result<ExitCode, Error> {
     let plate = || HotPlate { plate: 8.0, far: 4.0, depth: 10.0 };
     let scene = Scene::new(slab, 64, Gravity, plate())?;
     let closure = EquationOfStateClosure::new(ThreeVirialCoefficients);
-    let mut imposed = Simulation::builder(scene).scheme(closure).start(Compact).seed(2).build()?;
+    let mut imposed = Simulation::builder(scene).scheme(closure).start(ClosePacked).seed(2).build()?;
     let potential = |height| imposed.drive().reduced_potential(imposed.scene(), height);
     let rise = potential(70.0) - potential(60.0);
     let expected = rise_of_ideal_gas(&plate(), 60.0, 70.0);
@@ -138,7 +138,7 @@ fn main() -> Result<ExitCode, Error> {
     // as hot everywhere as the plate, and as cold as far away.
     let scene = Scene::new(slab, 64, Gravity, plate())?;
     let scheme = SelfConsistent::default();
-    let mut simulation = Simulation::builder(scene).scheme(scheme).start(Compact).seed(3).build()?;
+    let mut simulation = Simulation::builder(scene).scheme(scheme).start(ClosePacked).seed(3).build()?;
     let mut heights = [(); 2].map(|()| Every::new(5, Heights::below(80.0)));
     imposed.equilibrate(5_000, &mut ())?;
     imposed.run(50_000, &mut heights[0])?;

@@ -51,7 +51,7 @@ const LAYERS: usize = 20;
 /// A result this many standard errors off is a contradiction and not bad luck (1 in 16 000).
 const TOLERANCE: f64 = 4.0;
 
-/// Counts the spheres whose centres lie in thin layers above contact with the base.
+/// Counts the spheres whose centers lie in thin layers above contact with the base.
 struct LayersAtBase {
     base_area: f64,
     density: BlockAverages,
@@ -189,7 +189,7 @@ fn write(
     let top = 1.4 * f64::max(exact, contact.mean);
     let panel = Panel::new(
         place,
-        Axis::new("height of the centre x / d", 0.4, 1.5).with_numbers(11),
+        Axis::new("height of the center x / d", 0.4, 1.5).with_numbers(11),
         Axis::new("number density n d³", 0.0, top),
     )
     .with_legend(Corner::TopRight)

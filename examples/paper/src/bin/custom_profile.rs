@@ -144,7 +144,7 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
 
     let interrupt = Interrupt::listen()?;
     let progress = Progress::new(REPLICAS * (arguments.equilibration + arguments.sweeps), "chute flow");
-    let gas = start::Uniform::new(scene.column_density() / (slab.height() - 1.0));
+    let gas = start::RandomInsertion::new(scene.column_density() / (slab.height() - 1.0));
     let measured = replicas::in_parallel(arguments.shared.threads, (0..REPLICAS).collect(), |replica| {
         let builder = Simulation::builder(scene)
             .scheme(SelfConsistent::default())
@@ -153,7 +153,7 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         let mut simulation = if replica % 2 == 0 {
             builder.start(gas).build()?
         } else {
-            builder.start(start::Compact).build()?
+            builder.start(start::ClosePacked).build()?
         };
         let heights = simulation.frame().heights();
         let first_center = heights.sum::<f64>() / particles as f64;
@@ -207,7 +207,7 @@ fn bins(slab: &Slab) -> usize {
 struct Replica {
     profile: EquationOfStateProfile,
     center_of_mass: CenterOfMass,
-    /// Height of the centre of mass before the first sweep.
+    /// Height of the center of mass before the first sweep.
     first_center: f64,
     /// What the run says against itself.
     warnings: Vec<Warning>,
@@ -259,7 +259,7 @@ struct Verdict {
     /// Largest departure of a bin from the packing fraction wanted, as a fraction, and its height.
     departure: Estimate,
     departure_height: f64,
-    /// Centre of mass: started as a gas, started as a crystal.
+    /// Center of mass: started as a gas, started as a crystal.
     center_of_mass: [Estimate; 2],
     /// How far apart the two were before the first sweep.
     first_distance: f64,
@@ -335,8 +335,8 @@ impl fmt::Display for Verdict {
             formatter,
             "largest departure of any bin               {percent} % at height {departure_height}"
         )?;
-        writeln!(formatter, "centre of mass, started as a dilute gas    {gas}")?;
-        writeln!(formatter, "centre of mass, started as a crystal       {crystal}")?;
+        writeln!(formatter, "center of mass, started as a dilute gas    {gas}")?;
+        writeln!(formatter, "center of mass, started as a crystal       {crystal}")?;
         let (left, first) = (self.distance(), self.first_distance);
         writeln!(formatter, "  distance between the two                 {left}, at first {first:.2}")?;
         let limit = 100.0 * UNIFORMITY;
@@ -373,7 +373,7 @@ fn over_replicas(values: &[f64]) -> Estimate {
     Estimate::new(mean, (squares / (count * (count - 1.0))).sqrt())
 }
 
-/// Centre of mass of the replicas whose number leaves this remainder, that is, of one start.
+/// Center of mass of the replicas whose number leaves this remainder, that is, of one start.
 fn pooled_center(replicas: &[Replica], remainder: usize) -> Result<Estimate, Error> {
     let mut pooled = CenterOfMass::new();
     for replica in replicas.iter().skip(remainder).step_by(2) {
@@ -431,7 +431,7 @@ fn write(flow: &Flow, points: &[EquationOfStatePoint], directory: &Path) -> Resu
         "chute flow, simulation",
         colors::INK,
         Mark::Points,
-        // The bin below contact holds no centre.
+        // The bin below contact holds no center.
         points.iter().filter(|point| point.height > 0.5).map(|point| Point {
             x: point.height,
             y: point.packing_fraction.mean,

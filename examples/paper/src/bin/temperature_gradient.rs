@@ -14,7 +14,7 @@ use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves};
 use gradient_mc::observers::EquationOfStateProfile;
-use gradient_mc::start::{Compact, Uniform};
+use gradient_mc::start::{ClosePacked, RandomInsertion};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::ExponentialTemperature;
 use gradient_mc::{Every, HydrostaticProfile, Hydrostatics, Scene, Simulation, Slab, Warning};
@@ -96,9 +96,9 @@ fn replica(
     let moves = EventChains::default().local_moves(Some(LocalMoves::tuned()));
     let builder = Simulation::builder(scene).scheme(SelfConsistent::default()).moves(moves).seed(seed);
     let mut simulation = if number.is_multiple_of(2) {
-        builder.start(Uniform::default()).build()?
+        builder.start(RandomInsertion::default()).build()?
     } else {
-        builder.start(Compact).build()?
+        builder.start(ClosePacked).build()?
     };
     replicas::in_chunks(sweeps, interrupt, progress, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
     let bins = 4 * 399;
@@ -258,7 +258,7 @@ fn draw(outcomes: &[Outcome], path: &Path) -> Result<(), Failure> {
     .with_legend(Corner::TopRight);
     for bound in [-CLAIM, CLAIM] {
         let bound = 100.0 * bound;
-        panel = panel.line("", colors::GREY, Mark::Dashed, [(0.0, bound), (highest.ceil(), bound)]);
+        panel = panel.line("", colors::GRAY, Mark::Dashed, [(0.0, bound), (highest.ceil(), bound)]);
     }
     for (outcome, color) in outcomes.iter().zip(COLORS) {
         let groups = outcome.edges.windows(2).zip(&outcome.deviations);

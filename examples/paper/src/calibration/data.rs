@@ -36,14 +36,14 @@ macro_rules! row {
 }
 
 row! {
-    /// A column, and what ideal gas and theory between walls make of it; misplaced fractions, `layers` in spheres per area.
+    /// A column, and what ideal gas and theory between walls make of it; total variation distances, `layers` in spheres per area.
     ColumnRow: temperature, field_rate, decay_rate, column_density, height, packing_fraction, excluded_volume,
     ideal_error, theory_error, noise, layers, layers_error, bulk, bulk_noise, ideal_seconds, theory_seconds,
     start_seconds, reference_seconds
 }
 
 row! {
-    /// A plan: root mean square of the misplaced fraction over seeds, the noise of what it was compared with, and what the error depends on.
+    /// A plan: root mean square of the total variation distance over seeds, the noise of what it was compared with, and what the error depends on.
     Plan: column, family, particles, sweeps, error, noise, spread, densest, extent, seconds
 }
 

@@ -101,7 +101,7 @@ fn fit_layers(columns: &[ColumnRow]) -> ([f64; 4], f64) {
     (polynomial, ((squares / weights).max(0.0) + error).sqrt())
 }
 
-/// Misplaced fraction above the layers in units of that of the ideal gas: the mean square in excess of noise, and one standard error more.
+/// Total variation distance above the layers in units of that of the ideal gas: the mean square in excess of noise, and one standard error more.
 fn fit_bulk(columns: &[ColumnRow], plans: &[Plan]) -> f64 {
     let (mut sum, mut weights) = (0.0, 0.0);
     for (column, row) in columns.iter().enumerate() {
@@ -284,7 +284,7 @@ impl Constants {
         constant("Coefficients of B(η)/η², a polynomial in η.", "LAYERS", "[f64; 4]", list(&self.layers));
         constant("What that misses of B/η².", "LAYERS_SCATTER", "f64", number(self.layers_scatter));
         constant(
-            "Misplaced fraction above the layers, in units of that of the ideal gas.",
+            "Total variation distance above the layers, in units of that of the ideal gas.",
             "BULK",
             "f64",
             number(self.bulk),
@@ -296,7 +296,7 @@ impl Constants {
             number(self.allowance),
         );
         constant(
-            "Misplaced fraction by a finite base, in units of that of the ideal gas over the number of spheres.",
+            "Total variation distance by a finite base, in units of that of the ideal gas over the number of spheres.",
             "FINITE_BASE",
             "f64",
             number(self.finite_base),

@@ -135,7 +135,7 @@ fn ticks(axis: &Axis) -> usize {
     }
 }
 
-/// Coloured rectangles, cut at the edges of the panel.
+/// Colored rectangles, cut at the edges of the panel.
 fn draw_cells<DB: DrawingBackend>(panel: &Panel, plane: &Plane<DB>) -> Result<(), Failure> {
     let inside = |value: f64, axis: &Axis| {
         let (low, high) = axis.range();
@@ -148,7 +148,7 @@ fn draw_cells<DB: DrawingBackend>(panel: &Panel, plane: &Plane<DB>) -> Result<()
     Ok(())
 }
 
-/// Labels of both axes, centred along them; `frame` is the plane in pixels of the whole picture.
+/// Labels of both axes, centered along them; `frame` is the plane in pixels of the whole picture.
 fn draw_axis_labels<DB: DrawingBackend>(
     panel: &Panel,
     area: &Area<DB>,
@@ -267,7 +267,7 @@ impl Stroke {
 fn dashes(path: &[(i32, i32)], length: f64, gap: f64) -> Vec<Vec<(i32, i32)>> {
     let mut dashes = Vec::new();
     let mut dash = Vec::new();
-    let mut travelled = 0.0;
+    let mut traveled = 0.0;
     for pair in path.windows(2) {
         let [start, end] = [pair[0], pair[1]].map(|(x, y)| (f64::from(x), f64::from(y)));
         let distance = (end.0 - start.0).hypot(end.1 - start.1);
@@ -276,14 +276,14 @@ fn dashes(path: &[(i32, i32)], length: f64, gap: f64) -> Vec<Vec<(i32, i32)>> {
         let mut step = 0.0;
         while step < steps {
             step += 1.0;
-            travelled += distance / steps;
+            traveled += distance / steps;
             let part = step / steps;
             #[allow(clippy::cast_possible_truncation)]
             let point = (
                 (start.0 + part * (end.0 - start.0)).round() as i32,
                 (start.1 + part * (end.1 - start.1)).round() as i32,
             );
-            if travelled % (length + gap) < length {
+            if traveled % (length + gap) < length {
                 dash.push(point);
             } else if !dash.is_empty() {
                 dashes.push(std::mem::take(&mut dash));

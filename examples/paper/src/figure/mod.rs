@@ -9,7 +9,7 @@ pub use plotters::style::RGBColor;
 use plotters::style::{FontStyle, register_font};
 use std::path::Path;
 
-/// Colours that remain apart for colour-blind readers (Okabe and Ito), and on grey paper by lightness.
+/// Colors that remain apart for color-blind readers (Okabe and Ito), and on gray paper by lightness.
 pub mod colors {
     use plotters::style::RGBColor;
     pub const INK: RGBColor = RGBColor(34, 34, 34);
@@ -17,7 +17,7 @@ pub mod colors {
     pub const VERMILION: RGBColor = RGBColor(213, 94, 0);
     pub const GREEN: RGBColor = RGBColor(0, 140, 105);
     pub const PURPLE: RGBColor = RGBColor(170, 80, 140);
-    pub const GREY: RGBColor = RGBColor(140, 140, 140);
+    pub const GRAY: RGBColor = RGBColor(140, 140, 140);
 }
 
 /// Font family; the SVG's reader may put its own in place of the one embedded here.
@@ -115,7 +115,7 @@ pub struct Place {
     pub height: f64,
 }
 
-/// A rectangle of one colour in a map.
+/// A rectangle of one color in a map.
 #[derive(Debug, Clone, Copy)]
 pub struct Cell {
     /// Both ends along x and along y.
@@ -187,13 +187,13 @@ impl Panel {
         self
     }
 
-    /// Adds coloured rectangles, below everything else.
+    /// Adds colored rectangles, below everything else.
     pub fn cells(mut self, cells: impl IntoIterator<Item = Cell>) -> Self {
         self.cells.extend(cells);
         self
     }
 
-    /// Writes words centred at (x, y).
+    /// Writes words centered at (x, y).
     pub fn note(mut self, x: f64, y: f64, text: &str, color: RGBColor) -> Self {
         self.notes.push(Note { x, y, text: text.to_owned(), color });
         self

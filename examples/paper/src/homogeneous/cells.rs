@@ -1,6 +1,6 @@
-//! Centres in cells, relative to the corners of these.
+//! Centers in cells, relative to the corners of these.
 
-/// Most centres of a cell: spheres that do not overlap have at most eight in a cube of less than √2, and room is left.
+/// Most centers of a cell: spheres that do not overlap have at most eight in a cube of less than √2, and room is left.
 const SLOTS: usize = 12;
 /// So many slots are looked at without asking how many are full; more rarely are.
 const AT_ONCE: usize = 4;

@@ -5,7 +5,7 @@
 //! | local | 1 + 4η g(1⁺), the contact value extrapolated ([`contact`]) |
 //! | straight event chains | 1 + Σs/ℓ: s are the separations along the chain in all collisions, ℓ the length of all chains (Michel, Kapfer and Krauth, doi:10.1063/1.4863991) |
 //!
-//! Centres are kept cell by cell, relative to the corner of their cell, so that no distance has to be folded back.
+//! Centers are kept cell by cell, relative to the corner of their cell, so that no distance has to be folded back.
 
 mod cells;
 mod chain;

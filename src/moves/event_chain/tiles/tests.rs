@@ -6,7 +6,7 @@ use crate::drive::{IsothermalDrive, Phase};
 use crate::field::{ExponentialField, UniformField};
 use crate::moves::LocalMoves;
 use crate::moves::event_chain::{Engine, FieldEvent};
-use crate::observer::{Frame, Observer, Tally};
+use crate::observer::{Frame, MoveCounts, Observer};
 use crate::observers::{CenterOfMass, ChainPressureProfile, DensityProfile};
 use crate::statistics::{BlockAverages, Estimate};
 use crate::temperature::Isothermal;
@@ -24,7 +24,7 @@ struct Column<F> {
     configuration: Configuration,
     engine: Engine,
     generator: Generator,
-    tally: Tally,
+    move_counts: MoveCounts,
     sweeps: u64,
 }
 
@@ -43,7 +43,7 @@ impl<F: Field> Column<F> {
             configuration: Configuration::new(slab, positions).unwrap(),
             engine: Engine::new(chains),
             generator: Generator::seed_from_u64(5),
-            tally: Tally::default(),
+            move_counts: MoveCounts::default(),
             sweeps: 0,
         }
     }
@@ -62,7 +62,7 @@ impl<F: Field> Column<F> {
                 drive: &IsothermalDrive,
                 configuration: &mut self.configuration,
                 generator: &mut self.generator,
-                tally: &mut self.tally,
+                move_counts: &mut self.move_counts,
                 phase: Phase::Production,
                 recorder: observer.recorder(),
             })
@@ -74,7 +74,7 @@ impl<F: Field> Column<F> {
             temperature: self.scene.temperature(),
             centers: Centers::new(&self.configuration),
             sweep: self.sweeps,
-            tally: &self.tally,
+            move_counts: &self.move_counts,
         };
         observer.observe(&frame).unwrap();
     }
@@ -193,7 +193,7 @@ fn two_spheres_tell_what_a_frozen_sphere_must_do() {
     assert!(wrong.contains("sigma"), "{wrong}");
 }
 
-/// Contact density, centre of mass, profile and pressures of a column of 96 spheres over a base 6 x 5.
+/// Contact density, center of mass, profile and pressures of a column of 96 spheres over a base 6 x 5.
 fn observe(sizes: Sizes, frozen: Frozen, local: Option<LocalMoves>) -> Vec<Estimate> {
     let (temperature, extents) = (3.0, [30.0, 6.0, 5.0]);
     let positions: Vec<[f64; 3]> = (0..96)

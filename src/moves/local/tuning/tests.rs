@@ -4,7 +4,7 @@ use super::super::Sizes;
 use super::super::tests::{Column, check_barometric, check_contact};
 use super::*;
 use crate::field::UniformField;
-use crate::start::Uniform;
+use crate::start::RandomInsertion;
 use crate::statistics::BlockAverages;
 use crate::temperature::Isothermal;
 use crate::{Scene, Simulation, Slab};
@@ -44,7 +44,7 @@ fn one_sphere_in_slabs_of_different_sizes_follows_the_barometric_law() {
     let (column, moments) =
         moments(one_sphere(), |column| slabs.set(column.engine.domains.slabs().max(slabs.get())));
     check_barometric(&moments, TEMPERATURE, RANGE).unwrap();
-    assert!(slabs.get() >= 5 && column.tally.acceptance() < 0.5);
+    assert!(slabs.get() >= 5 && column.move_counts.acceptance() < 0.5);
     let tuning = column.engine.tuning.unwrap();
     let sizes = [tuning.short(1.0), tuning.short(5.0), tuning.long()].map(Option::unwrap);
     assert!(sizes[0] < 0.5 && sizes[1] > 2.9 && sizes[2] > 5.9, "{sizes:?}");
@@ -98,7 +98,7 @@ fn column(
     let slab = Slab::new(extents[0], extents[1], extents[2]).unwrap();
     let temperature = Isothermal::new(temperature).unwrap();
     let scene = Scene::new(slab, particles, UniformField::default(), temperature).unwrap();
-    Simulation::builder(scene).start(Uniform::default()).moves(moves).seed(4).build().unwrap()
+    Simulation::builder(scene).start(RandomInsertion::default()).moves(moves).seed(4).build().unwrap()
 }
 
 #[test]

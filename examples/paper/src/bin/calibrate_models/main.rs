@@ -65,24 +65,24 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let [columns_path, plans_path, bases_path, long_plans_path, seeds_path] =
         ["columns.csv", "plans.csv", "bases.csv", "long_plans.csv", "seeds.csv"]
             .map(|name| directory.join(name));
-    let plan_units = "column: row of columns.csv from 0; family: 0 tuned local moves, 1 event chains with them; misplaced fractions; \
+    let plan_units = "column: row of columns.csv from 0; family: 0 tuned local moves, 1 event chains with them; total variation distances; \
                       diameters; CPU seconds";
     if !arguments.fit && !arguments.long_plans {
         let measured = measure::all(arguments.seed, arguments.threads)?;
-        let units = "m g d, per diameter, per square diameter, diameters; misplaced fractions; layers in spheres per square \
+        let units = "m g d, per diameter, per square diameter, diameters; total variation distances; layers in spheres per square \
                      diameter; CPU seconds";
         write(&columns_path, units, ColumnRow::HEADER, measured.iter().map(|(column, ..)| column.values()))?;
         let plans = measured.iter().flat_map(|(_, plans, _)| plans);
         write(&plans_path, plan_units, Plan::HEADER, plans.map(Plan::values))?;
         let bases = measured.iter().flat_map(|(.., bases)| bases);
-        let units = "column: row of columns.csv from 0; diameters; misplaced fractions";
+        let units = "column: row of columns.csv from 0; diameters; total variation distances";
         write(&bases_path, units, Base::HEADER, bases.map(Base::values))?;
     }
     if !arguments.fit {
         let measured = measure::long_plans(arguments.seed, arguments.threads)?;
         let plans = measured.iter().flatten().map(|(plan, _)| plan.values());
         write(&long_plans_path, plan_units, Plan::HEADER, plans)?;
-        let units = "column: row of columns.csv from 0; family: 0 tuned local moves, 1 event chains with them; misplaced fraction; \
+        let units = "column: row of columns.csv from 0; family: 0 tuned local moves, 1 event chains with them; total variation distance; \
                      standard deviation over seeds in units of it";
         write(&seeds_path, units, Seeds::HEADER, measured.iter().flatten().map(|(_, seeds)| seeds.values()))?;
     }

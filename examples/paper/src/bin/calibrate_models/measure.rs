@@ -3,7 +3,7 @@
 use crate::cpu_seconds;
 use crate::reference::{Effort, Reference};
 use gradient_mc::equation_of_state::{ModifiedKolafa, packing_fraction};
-use gradient_mc::model::{IdealColumn, MonteCarloPlan, MoveFamily, densities, misplaced_fraction};
+use gradient_mc::model::{IdealColumn, MonteCarloPlan, MoveFamily, densities, total_variation_distance};
 use gradient_mc::{Error, HydrostaticProfile, Hydrostatics};
 use paper::Failure;
 use paper::calibration::data::{Base, ColumnRow, Plan, Seeds};
@@ -113,9 +113,9 @@ fn column(
         column_density,
         height: scene.slab().height(),
         packing_fraction: profile.base_packing_fraction(),
-        excluded_volume: misplaced_fraction(&ideal, &model),
-        ideal_error: misplaced_fraction(&ideal, &truth.densities),
-        theory_error: misplaced_fraction(&model, &truth.densities),
+        excluded_volume: total_variation_distance(&ideal, &model),
+        ideal_error: total_variation_distance(&ideal, &truth.densities),
+        theory_error: total_variation_distance(&model, &truth.densities),
         noise: truth.noise(),
         layers: 0.5 * misplaced * near[0].signum(),
         layers_error: 0.5 * near_errors.iter().map(|error| error * error).sum::<f64>().sqrt(),
@@ -159,10 +159,13 @@ fn particles_of_plans(scene: &Column) -> usize {
     particles.max(FEWEST)
 }
 
-/// Root mean square of misplaced fractions.
+/// Root mean square of total variation distances.
 fn root_mean_square(profiles: &[Vec<f64>], truth: &[f64]) -> f64 {
-    let squares: f64 =
-        profiles.iter().map(|profile| misplaced_fraction(profile, truth)).map(|error| error * error).sum();
+    let squares: f64 = profiles
+        .iter()
+        .map(|profile| total_variation_distance(profile, truth))
+        .map(|error| error * error)
+        .sum();
     (squares / profiles.len() as f64).sqrt()
 }
 
@@ -233,7 +236,8 @@ pub(crate) fn long_plans(seed: u64, threads: usize) -> Result<Vec<Vec<(Plan, See
 
 /// How far single runs of a plan are apart.
 fn scatter_of_seeds(row: &Plan, part: f64, profiles: &[Vec<f64>], mean: &[f64]) -> Seeds {
-    let errors: Vec<f64> = profiles.iter().map(|profile| part * misplaced_fraction(profile, mean)).collect();
+    let errors: Vec<f64> =
+        profiles.iter().map(|profile| part * total_variation_distance(profile, mean)).collect();
     let count = errors.len() as f64;
     let average = errors.iter().sum::<f64>() / count;
     let squares: f64 = errors.iter().map(|error| (error - average) * (error - average)).sum();
@@ -265,8 +269,8 @@ fn base(
         column: column as f64,
         side: scene.slab().widths()[0],
         particles: particles as f64,
-        error: misplaced_fraction(&small.densities, &truth.densities),
+        error: total_variation_distance(&small.densities, &truth.densities),
         noise: small.noise().hypot(truth.noise()),
-        excluded_volume: misplaced_fraction(&ideal, &model),
+        excluded_volume: total_variation_distance(&ideal, &model),
     })
 }

@@ -20,7 +20,7 @@ pub(crate) struct Reference {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Effort {
     pub(crate) sweeps: u64,
-    /// Misplaced fraction by noise at which replicas are enough.
+    /// Total variation distance by noise at which replicas are enough.
     pub(crate) noise: f64,
     pub(crate) most_seconds: f64,
     pub(crate) seed: u64,
@@ -66,7 +66,7 @@ impl Reference {
         Self { particles, sweeps, replicas: profiles.len() as u64, densities, errors, cpu_seconds }
     }
 
-    /// Misplaced fraction that the error bars amount to, as if they were Gaussian: ½ √(2/π) Σ σ / Σ n.
+    /// Total variation distance that the error bars amount to, as if they were Gaussian: ½ √(2/π) Σ σ / Σ n.
     pub(crate) fn noise(&self) -> f64 {
         0.5 * std::f64::consts::FRAC_2_PI.sqrt() * self.errors.iter().sum::<f64>()
             / self.densities.iter().sum::<f64>()

@@ -43,7 +43,7 @@ pub(crate) fn make(directory: &Path, seed: u64, threads: usize) -> Result<(), Fa
     output::write_csv(
         &directory.join("model_scenes.csv"),
         "cargo run --release -p paper --bin calibrate_models -- --references; T0 in m g d, alpha and beta per diameter, N/A per square diameter; \
-         misplaced fractions; replica k of a scene has the seed first_seed + k",
+         total variation distances; replica k of a scene has the seed first_seed + k",
         [
             "scene",
             "temperature",

@@ -1,6 +1,6 @@
 //! What a local equation of state must miss where the density changes within a diameter, to lowest order in the density.
 //!
-//! In an isothermal system at rest ln n + φ/T + ∫ n(x + r) d³r over the unit sphere of neighbours is constant to first order in n
+//! In an isothermal system at rest ln n + φ/T + ∫ n(x + r) d³r over the unit sphere of neighbors is constant to first order in n
 //! (second virial coefficient). Forces then hold up P/T = n − ∫ₓ n (w∗n)' dx' with w(s) = π(1 − s²), where a local equation has
 //! n + (2π/3) n². The difference has the sign of n'': negative below the surface of a column, positive in its tail. In a
 //! temperature gradient the same holds of the isothermal system that stands for the scene, with `P_iso`/T₀ = P/T.
@@ -34,17 +34,17 @@ impl Nonlocal {
             .map(|index| (index as f64 - REACH as f64) / REACH as f64)
             .map(|distance| std::f64::consts::PI * (1.0 - distance * distance) * STEP)
             .collect();
-        let neighbours: Vec<f64> = densities
+        let neighbors: Vec<f64> = densities
             .windows(weights.len())
             .map(|window| window.iter().zip(&weights).map(|(density, weight)| density * weight).sum())
             .collect();
-        let densities = &densities[REACH..REACH + neighbours.len()];
-        let mut values = vec![[0.0; 2]; neighbours.len()];
+        let densities = &densities[REACH..REACH + neighbors.len()];
+        let mut values = vec![[0.0; 2]; neighbors.len()];
         let mut held = 0.0;
-        for index in (0..neighbours.len()).rev() {
-            if index + 1 < neighbours.len() {
+        for index in (0..neighbors.len()).rev() {
+            if index + 1 < neighbors.len() {
                 let density = f64::midpoint(densities[index], densities[index + 1]);
-                held += density * (neighbours[index] - neighbours[index + 1]);
+                held += density * (neighbors[index] - neighbors[index + 1]);
             }
             let density = densities[index];
             let factor = FluidSolid::default().compressibility_factor(packing_fraction(density));

@@ -68,7 +68,7 @@ fn papers_measures(outcomes: &[&Outcome], densest: f64) -> Panel {
                 bins(&outcome.ours, |point| point.deviation),
             );
         let (steepest, _) = outcome.case.steepest();
-        panel = panel.line("", colors::GREY, Mark::Dashed, [(steepest, LOWEST), (steepest, HIGHEST)]);
+        panel = panel.line("", colors::GRAY, Mark::Dashed, [(steepest, LOWEST), (steepest, HIGHEST)]);
         for ((name, analysis), color) in outcome.papers.iter().zip([colors::GREEN, colors::PURPLE]) {
             panel = panel.points(
                 &format!("δ, {name}"),
@@ -96,9 +96,9 @@ fn modern(outcomes: &[&Outcome], densest: f64) -> Panel {
             * (ModifiedKolafa.compressibility_factor(eta) / CarnahanStarling.compressibility_factor(eta)
                 - 1.0)
     };
-    panel = panel.line("", colors::GREY, Mark::Line, [(0.0, 0.0), (densest, 0.0)]).line(
+    panel = panel.line("", colors::GRAY, Mark::Line, [(0.0, 0.0), (densest, 0.0)]).line(
         "modified Kolafa over Carnahan-Starling",
-        colors::GREY,
+        colors::GRAY,
         Mark::Dashed,
         curve.filter(|eta| *eta < 0.5).map(|eta| (eta, difference(eta))),
     );

@@ -5,7 +5,7 @@ use gradient_mc::drive::{Drive, EquationOfStateClosure, Instantaneous, SelfConsi
 use gradient_mc::field::ExponentialField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
 use gradient_mc::observers::EquationOfStateProfile;
-use gradient_mc::start::{Compact, Positions, Uniform};
+use gradient_mc::start::{ClosePacked, Positions, RandomInsertion};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{Every, Scene, Simulation, TemperatureProfile, Vector3, Warning};
 use paper::Failure;
@@ -90,7 +90,7 @@ impl Run {
                     let builder = builder.scheme(SelfConsistent::default());
                     let simulation = match self.side() {
                         Side::Above => builder.start(self.gas()).build()?,
-                        Side::Below => builder.start(Compact).build()?,
+                        Side::Below => builder.start(ClosePacked).build()?,
                     };
                     self.profiles(simulation, interrupt, progress)
                 }
@@ -101,7 +101,7 @@ impl Run {
                 }
                 Plan::Protocol { .. } => {
                     let builder = builder.scheme(Instantaneous::new(BIN));
-                    self.profiles(builder.start(Uniform::default()).build()?, interrupt, progress)
+                    self.profiles(builder.start(RandomInsertion::default()).build()?, interrupt, progress)
                 }
             }
         } else {
@@ -109,7 +109,7 @@ impl Run {
             let builder = Simulation::builder(scene).seed(self.seed).moves(self.moves()?);
             let simulation = match self.side() {
                 Side::Above => builder.start(self.gas()).build()?,
-                Side::Below => builder.start(Compact).build()?,
+                Side::Below => builder.start(ClosePacked).build()?,
             };
             self.profiles(simulation, interrupt, progress)
         }
@@ -132,12 +132,12 @@ impl Run {
     }
 
     /// Far above the steady state; the paper's own start is higher still.
-    fn gas(&self) -> Uniform {
+    fn gas(&self) -> RandomInsertion {
         match self.plan {
-            Plan::Protocol { .. } => Uniform::default(),
+            Plan::Protocol { .. } => RandomInsertion::default(),
             // In a field that grows, what is high weighs e^{αx} times as much.
-            _ if self.case.growth_rate > 0.0 => Uniform::new(0.5),
-            _ => Uniform::new(0.25),
+            _ if self.case.growth_rate > 0.0 => RandomInsertion::new(0.5),
+            _ => RandomInsertion::new(0.25),
         }
     }
 
@@ -166,7 +166,7 @@ impl Run {
             .seed(self.seed ^ 0x5eed);
         let mut near = match self.side() {
             Side::Above => builder.start(self.gas()).build()?,
-            Side::Below => builder.start(Compact).build()?,
+            Side::Below => builder.start(ClosePacked).build()?,
         };
         let hidden = Progress::hidden();
         in_chunks(APPROACH, interrupt, &hidden, |sweeps| {
@@ -220,7 +220,7 @@ impl Run {
         Ok(Measured { profiles, warnings: simulation.warnings() })
     }
 
-    /// From the lowest centre to a little above what is compared.
+    /// From the lowest center to a little above what is compared.
     fn profile(&self) -> Result<EquationOfStateProfile, Failure> {
         // Some hundreds.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]

@@ -7,7 +7,7 @@ use gradient_mc::moves::LocalMoves;
 use gradient_mc::observers::{
     CenterOfMass, DensityProfile, DisplacementProfile, EquationOfStateProfile, RadialDistribution,
 };
-use gradient_mc::start::{Compact, Positions, Uniform};
+use gradient_mc::start::{ClosePacked, Positions, RandomInsertion};
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Every, Scene, Simulation, Slab};
 use paper::Failure;
@@ -20,7 +20,7 @@ use paper::replicas::in_chunks;
 pub(crate) const BIN_WIDTH: f64 = 0.5;
 /// Height of the bins at the base, which resolve the contact density and the peaks.
 pub(crate) const FINE_BIN_WIDTH: f64 = 0.01;
-/// Where those bins begin, at the lowest centre, and end.
+/// Where those bins begin, at the lowest center, and end.
 pub(crate) const FINE_RANGE: [f64; 2] = [0.5, 3.5];
 /// The base in the paper's bins.
 const BASE_RANGE: [f64; 2] = [0.5, 8.5];
@@ -76,7 +76,7 @@ fn base(slab: &Slab, [low, high]: [f64; 2], width: f64) -> Result<DensityProfile
 }
 
 impl Column {
-    /// The centre of mass in the steady state.
+    /// The center of mass in the steady state.
     pub(crate) fn steady(&self) -> CenterOfMass {
         self.center_of_mass.since(self.task.equilibration + 1)
     }
@@ -106,8 +106,8 @@ pub(crate) fn simulate(task: Task, interrupt: &Interrupt, progress: &Progress) -
         Scene::new(slab, task.particles(), UniformField::default(), Isothermal::new(task.temperature)?)?;
     let builder = Simulation::builder(scene).moves(task.family.moves(&slab)?).seed(task.seed);
     let mut simulation = match task.side {
-        Side::Above => builder.start(Uniform::default()).build()?,
-        Side::Below => builder.start(Compact).build()?,
+        Side::Above => builder.start(RandomInsertion::default()).build()?,
+        Side::Below => builder.start(ClosePacked).build()?,
     };
     let mut center_of_mass = Every::new(task.interval, CenterOfMass::new());
     let mut profile = Every::new(

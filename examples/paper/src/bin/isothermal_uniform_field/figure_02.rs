@@ -1,4 +1,4 @@
-//! Figure 2: the centre of mass falls to its plateau; inset: plateau against temperature.
+//! Figure 2: the center of mass falls to its plateau; inset: plateau against temperature.
 
 use super::column::Column;
 use super::protocol::{DRAWN, Family, Protocol, Side, TEMPERATURES};
@@ -34,14 +34,14 @@ pub(crate) fn report(
         .iter()
         .filter(|column| DRAWN.contains(&column.task.temperature) && column.task.width == widest(steady))
         .collect();
-    let figure = Figure::new("Figure 2: fall of the centre of mass to its plateau, N/A = 40, H = 400")
+    let figure = Figure::new("Figure 2: fall of the center of mass to its plateau, N/A = 40, H = 400")
         .panel(linear(&falling, states))
         .panel(inset(states)?)
         .panel(logarithmic(&falling, &ours, states));
     report.picture(
         "figure_02",
         &figure,
-        "Height of the centre of mass against Monte Carlo sweeps. Left, as in the paper: its local moves, S = 0.75, from the uniform \
+        "Height of the center of mass against Monte Carlo sweeps. Left, as in the paper: its local moves, S = 0.75, from the uniform \
          start; lines are the plateaus of the theory between walls. Inset: plateau against temperature, with the theory, and at \
          each point the slope that follows from the fluctuations of h_c alone. Right: the same on a logarithmic scale, beside \
          our moves from the uniform start and from a crystal on the base: all meet.",
@@ -125,7 +125,7 @@ fn inset(states: &[State<'_>]) -> Result<Panel, Failure> {
     )
     .inset()
     .with_legend(Corner::TopLeft)
-    .line("theory", colors::GREY, Mark::Line, theory);
+    .line("theory", colors::GRAY, Mark::Line, theory);
     for (number, state) in states.iter().enumerate() {
         let (temperature, reach) = (state.temperature, 3.5);
         let tangent = [-reach, reach]

@@ -71,7 +71,7 @@ fn inset(temperature: f64, radial: &[RadialDistributionPoint]) -> Panel {
         Axis::new("g(r)", 0.0, 5.0).with_numbers(6),
     )
     .inset()
-    .line("", colors::GREY, Mark::Dashed, [(0.0, 1.0), (end, 1.0)])
+    .line("", colors::GRAY, Mark::Dashed, [(0.0, 1.0), (end, 1.0)])
     .line(
         "",
         color_of(temperature),

@@ -161,7 +161,7 @@ fn equation_of_state(measured: &[(&State<'_>, Vec<EquationOfStatePoint>)]) -> Pa
             (eta, number_density(eta) * equation.compressibility_factor(eta))
         })
     };
-    panel.line("Carnahan–Starling", colors::GREY, Mark::Line, curve(&CarnahanStarling)).line(
+    panel.line("Carnahan–Starling", colors::GRAY, Mark::Line, curve(&CarnahanStarling)).line(
         "modified Kolafa–Labík–Malijevský",
         colors::INK,
         Mark::Dashed,
@@ -195,7 +195,7 @@ fn deviation(measured: &[(&State<'_>, Vec<Group>)]) -> Panel {
         let ratio = ModifiedKolafa.compressibility_factor(eta) / CarnahanStarling.compressibility_factor(eta);
         (eta, 100.0 * (ratio - 1.0))
     });
-    panel.line("Carnahan–Starling", colors::GREY, Mark::Line, [(0.0, 0.0), (DENSEST, 0.0)]).line(
+    panel.line("Carnahan–Starling", colors::GRAY, Mark::Line, [(0.0, 0.0), (DENSEST, 0.0)]).line(
         "modified Kolafa–Labík–Malijevský",
         colors::INK,
         Mark::Dashed,

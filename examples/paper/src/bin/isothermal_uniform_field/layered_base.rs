@@ -70,7 +70,7 @@ fn profile(state: &State<'_>, column: usize) -> Panel {
     panel
         .line(
             "local theory between walls",
-            colors::GREY,
+            colors::GRAY,
             Mark::Dashed,
             local.map(|height| (height, theory.kolafa.number_density(height))),
         )

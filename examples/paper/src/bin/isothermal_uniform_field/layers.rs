@@ -144,7 +144,7 @@ fn fit(fine: &[f64], [low, high]: [f64; 2], degree: usize) -> Option<LogPolynomi
     LogPolynomial::fit(&bins, FINE_BIN_WIDTH, degree)
 }
 
-/// Vertex of the parabola for ln n through a bin and its neighbours.
+/// Vertex of the parabola for ln n through a bin and its neighbors.
 fn vertex(means: &[f64], bin: usize) -> f64 {
     let [Some(&before), Some(&at), Some(&after)] =
         [means.get(bin.wrapping_sub(1)), means.get(bin), means.get(bin + 1)]

@@ -3,7 +3,7 @@
 //!
 //! | figure | content |
 //! |---|---|
-//! | 2 | height of the centre of mass against sweeps, by the paper's moves and by ours; inset: plateau against T₀ |
+//! | 2 | height of the center of mass against sweeps, by the paper's moves and by ours; inset: plateau against T₀ |
 //! | 3a, 3b | density against height with theory; on a logarithmic scale with the ideal gas |
 //! | 4 | layers at the base; inset: lateral radial distribution of the first |
 //! | 5 | mean accepted displacement against height |

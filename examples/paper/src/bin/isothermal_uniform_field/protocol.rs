@@ -79,9 +79,9 @@ pub(crate) const DRAWN: [f64; 3] = [5.0, 15.0, 30.0];
 /// From which side a column comes to its steady state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Side {
-    /// Random insertion at n = 0.1, as in the paper: the centre of mass is at 200.
+    /// Random insertion at n = 0.1, as in the paper: the center of mass is at 200.
     Above,
-    /// A crystal on the base: the centre of mass is below 20.
+    /// A crystal on the base: the center of mass is below 20.
     Below,
 }
 
@@ -238,7 +238,7 @@ impl Protocol {
             }
         }
         for (number, task) in steady.iter_mut().chain(&mut falling).enumerate() {
-            // The generator scrambles its seed, so neighbours are as good as any.
+            // The generator scrambles its seed, so neighbors are as good as any.
             task.seed = arguments.shared.seed.wrapping_mul(1_000_003).wrapping_add(number as u64);
         }
         Self { steady, falling }

@@ -50,7 +50,7 @@ impl Report {
     }
 }
 
-/// Colour of a temperature in all figures.
+/// Color of a temperature in all figures.
 pub(crate) fn color_of(temperature: f64) -> RGBColor {
     const COLORS: [RGBColor; 4] = [colors::BLUE, colors::VERMILION, colors::PURPLE, colors::GREEN];
     let known = TEMPERATURES.iter().position(|&tabulated| tabulated == temperature);

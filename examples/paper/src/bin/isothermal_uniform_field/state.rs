@@ -65,12 +65,12 @@ impl<'a> State<'a> {
         })
     }
 
-    /// Centre of mass of the columns that came from one side; none if there are none.
+    /// Center of mass of the columns that came from one side; none if there are none.
     pub(crate) fn from(&self, side: Side) -> Option<Estimate> {
         center_of_mass(self.columns.iter().copied().filter(|column| column.task.side == side)).ok()
     }
 
-    /// Centre of mass of the columns over one base; none if there are none.
+    /// Center of mass of the columns over one base; none if there are none.
     pub(crate) fn over(&self, width: f64) -> Option<Estimate> {
         center_of_mass(self.columns.iter().copied().filter(|column| column.task.width == width)).ok()
     }

@@ -8,7 +8,7 @@ use gradient_mc::temperature::Isothermal;
 use gradient_mc::{EquationOfState, HydrostaticProfile, Hydrostatics, Slab};
 use paper::Failure;
 
-/// Centre of mass by the White Bear II functional (doi:10.1088/0953-8984/18/37/002), made of the Carnahan-Starling equation: from
+/// Center of mass by the White Bear II functional (doi:10.1088/0953-8984/18/37/002), made of the Carnahan-Starling equation: from
 /// a solver of its own, independent of this library (`tests/reference/README.md`).
 pub(crate) const WHITE_BEAR: [(f64, f64); 4] =
     [(5.0, 27.9942), (15.0, 42.9804), (20.0, 49.3939), (30.0, 61.3926)];
@@ -31,9 +31,9 @@ pub(crate) struct Theory {
     pub(crate) carnahan_starling: HydrostaticProfile,
     /// The paper's eq. (27), which knows no wall: from x = 0 on.
     pub(crate) paper: HydrostaticProfile,
-    /// Derivative of its centre of mass by temperature.
+    /// Derivative of its center of mass by temperature.
     pub(crate) slope: f64,
-    /// Centre of mass by White Bear II.
+    /// Center of mass by White Bear II.
     pub(crate) white_bear: f64,
     /// Its n(x) at the base, as middles of bins and densities; empty where there is no reference.
     pub(crate) white_bear_base: Vec<(f64, f64)>,
@@ -89,7 +89,7 @@ pub(crate) fn between_walls(
     Ok(theory.between_walls(&Slab::new(HEIGHT, 25.0, 25.0)?, COLUMN_DENSITY)?)
 }
 
-/// How well the theory between walls knows the centre of mass: the largest difference from White Bear II, when both are made of
+/// How well the theory between walls knows the center of mass: the largest difference from White Bear II, when both are made of
 /// the same equation of state.
 pub(crate) fn accuracy() -> Result<f64, Failure> {
     let mut largest = 0.0;

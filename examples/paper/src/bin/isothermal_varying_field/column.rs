@@ -5,7 +5,7 @@ use gradient_mc::equation_of_state::EquationOfState;
 use gradient_mc::field::ExponentialField;
 use gradient_mc::hydrostatics::{HydrostaticProfile, Hydrostatics};
 use gradient_mc::observers::{CenterOfMass, DisplacementProfile, EquationOfStateProfile};
-use gradient_mc::start::{Positions, Start, Uniform};
+use gradient_mc::start::{Positions, RandomInsertion, Start};
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Error, Every, Scene, Simulation, Vector3, Warning};
 use paper::Failure;
@@ -63,7 +63,7 @@ impl Column {
         interrupt: &Interrupt,
         progress: &Progress,
     ) -> Result<Run, Failure> {
-        self.run(Uniform::default(), stage, seed, interrupt, progress)
+        self.run(RandomInsertion::default(), stage, seed, interrupt, progress)
     }
 
     /// Runs a stage and looks at the column all the while.
@@ -142,7 +142,7 @@ pub(crate) fn pooled<'a>(
 /// it; and where that begins, unless a series is too short to tell.
 ///
 /// The fall from the random start is cut off first. It is so high that it hides everything else, and since it decays
-/// as slowly as the column forgets, a rule that maximises the number of independent heights takes it for one of many fluctuations.
+/// as slowly as the column forgets, a rule that maximizes the number of independent heights takes it for one of many fluctuations.
 pub(crate) fn plateau(runs: &[Run], equilibration: u64) -> Result<(CenterOfMass, Vec<Option<u64>>), Error> {
     let mut sum = CenterOfMass::new();
     let mut beginnings = Vec::new();

@@ -1,4 +1,4 @@
-//! Figure 11: g(r) in the lowest layer, and the angles between neighbours in layers.
+//! Figure 11: g(r) in the lowest layer, and the angles between neighbors in layers.
 
 use super::results::{COLORS, Results};
 use gradient_mc::observers::RadialDistributionPoint;
@@ -22,7 +22,7 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
     .with_title("lowest layer, x = 0.5 to 0.9")
     .line(
         "",
-        colors::GREY,
+        colors::GRAY,
         Mark::Line,
         radial.iter().map(|point| (point.distance, point.radial_distribution.mean)),
     )
@@ -43,10 +43,10 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
     }
     let mut angular = Panel::new(
         Place { left: 0.5, top: 0.08, width: 0.5, height: 0.92 },
-        Axis::new("angle between two neighbours / degrees", 0.0, 360.0).with_numbers(7),
+        Axis::new("angle between two neighbors / degrees", 0.0, 360.0).with_numbers(7),
         Axis::new("g(θ)", 0.0, 1.5 * largest),
     )
-    .with_title("neighbours within 1.2 d, in layers at x")
+    .with_title("neighbors within 1.2 d, in layers at x")
     .with_legend(Corner::TopRight);
     let mut rows = Vec::new();
     for ((height, angles), color) in crystal.angles.iter().zip(COLORS) {
@@ -75,7 +75,7 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
     )?;
     write_csv(
         &directory.join("figure_11_angles.csv"),
-        "height of the layer in d; angles in degrees, 1 on average; neighbours within 1.2 d; errors are one standard error",
+        "height of the layer in d; angles in degrees, 1 on average; neighbors within 1.2 d; errors are one standard error",
         ["height", "angle", "angular_distribution", "angular_distribution_error"],
         rows,
     )
@@ -106,7 +106,7 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
         1.78,
     );
     for (index, (height, angles)) in crystal.angles.iter().enumerate() {
-        // How much more often neighbours are 60, 120, ... degrees apart than 30, 90, ...
+        // How much more often neighbors are 60, 120, ... degrees apart than 30, 90, ...
         let points = angles.points()?;
         let mean = |offset: f64| {
             let inside = points.iter().filter(|point| {

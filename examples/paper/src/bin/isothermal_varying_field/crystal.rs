@@ -8,7 +8,7 @@ use gradient_mc::observers::{
     CenterOfMass, DensityProfile, DisplacementProfile, EquationOfStateProfile, Layer, NeighborAngles,
     RadialDistribution, StructureProfile,
 };
-use gradient_mc::start::{Positions, Uniform};
+use gradient_mc::start::{Positions, RandomInsertion};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Every, Simulation, Slab, Vector3, Warning};
@@ -55,7 +55,7 @@ pub(crate) struct Crystal {
     pub(crate) busy: Duration,
 }
 
-/// Bins of the fine profile: from the lowest centres to well above the column.
+/// Bins of the fine profile: from the lowest centers to well above the column.
 const FINE_BIN: f64 = 0.05;
 pub(crate) const TOP: f64 = 44.5;
 /// Layers are looked for down to this visibility of n(x).
@@ -110,8 +110,11 @@ fn watch_growth(
     let mut rate = protocol.growth.rate(0.0);
     let column = Column { rate, base };
     let moves = protocol.growth.moves(&slab)?;
-    let mut simulation =
-        Simulation::builder(column.scene()?).start(Uniform::default()).moves(moves).seed(seed).build()?;
+    let mut simulation = Simulation::builder(column.scene()?)
+        .start(RandomInsertion::default())
+        .moves(moves)
+        .seed(seed)
+        .build()?;
     let (mut history, mut sweep) = (Vec::new(), 0);
     for look in 0..LOOKS {
         let next_rate = protocol.growth.rate((look + 1) as f64 / LOOKS as f64);

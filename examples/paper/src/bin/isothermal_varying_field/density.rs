@@ -97,7 +97,7 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
         logarithmic = logarithmic
             .line(
                 "",
-                colors::GREY,
+                colors::GRAY,
                 Mark::Line,
                 heights().map(|height| (height, ideal(height))).filter(|point| point.1 > 1e-6),
             )

@@ -101,7 +101,7 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
     )
     .with_legend(Corner::TopLeft)
     .line("Carnahan–Starling", colors::INK, Mark::Line, ratio)
-    .line("modified Kolafa", colors::GREY, Mark::Dashed, [(0.0, 0.0), (0.5, 0.0)]);
+    .line("modified Kolafa", colors::GRAY, Mark::Dashed, [(0.0, 0.0), (0.5, 0.0)]);
     let mut rows = Vec::new();
     // Narrow for the curve, wide for the deviations from it.
     let (all, wide) = (all_bands(results, 1.0)?, all_bands(results, 4.0)?);

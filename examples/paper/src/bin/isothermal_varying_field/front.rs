@@ -16,7 +16,7 @@ impl Crossing {
 }
 
 /// The height at which the values, which are high below, fall below a level for the first time on the way up; on a
-/// straight line between the neighbours. NaN if they never do, or never were above.
+/// straight line between the neighbors. NaN if they never do, or never were above.
 pub(crate) fn falls_below(values: &[Crossing], level: f64) -> Estimate {
     let known: Vec<Crossing> = values.iter().filter(|point| point.value.mean.is_finite()).copied().collect();
     let high = known.iter().position(|point| point.value.mean >= level);

@@ -52,9 +52,9 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
     .with_legend(Corner::TopRight);
     let points = crystal.structure.points()?;
     for (label, color, share) in [
-        ("face-centred cubic", colors::BLUE, 0),
+        ("face-centered cubic", colors::BLUE, 0),
         ("hexagonal close-packed", colors::VERMILION, 1),
-        ("neither", colors::GREY, 2),
+        ("neither", colors::GRAY, 2),
     ] {
         let shares = points.iter().map(|point| (point.height, shares(point)[share]));
         let shares = shares.filter(|share| share.1.mean.is_finite());
@@ -120,8 +120,8 @@ fn write(results: &Results, directory: &Path) -> Result<(), Failure> {
         [
             "crystal",
             "height",
-            "face_centred_cubic",
-            "face_centred_cubic_error",
+            "face_centered_cubic",
+            "face_centered_cubic_error",
             "hexagonal_close_packed",
             "hexagonal_close_packed_error",
             "neither",
@@ -147,7 +147,7 @@ pub(crate) fn table(results: &Results) -> Result<Table, Failure> {
     row("sweeps of growth, of measurement", &|crystal| {
         Ok(format!("{}, {}", crystal.growth_sweeps, crystal.sweeps))
     })?;
-    row("centre of mass / d", &|crystal| Ok(crystal.center_of_mass.estimate()?.to_string()))?;
+    row("center of mass / d", &|crystal| Ok(crystal.center_of_mass.estimate()?.to_string()))?;
     row("  its drift over the measurement", &|crystal| Ok(crystal.center_of_mass.drift()?.to_string()))?;
     row("  hydrostatics, unstrained crystal", &|crystal| {
         Ok(format!("{:.3}", theory(crystal)?.center_of_mass()))
@@ -176,7 +176,7 @@ pub(crate) fn table(results: &Results) -> Result<Table, Failure> {
         let strains = lateral_strains(crystal)?;
         Ok(strains.map(|strain| format!("{strain:+.1}")).join(", "))
     })?;
-    row("face-centred, hexagonal, neither / %, 2 d to front − 2 d", &|crystal| {
+    row("face-centered, hexagonal, neither / %, 2 d to front − 2 d", &|crystal| {
         let composition = composition(crystal)?;
         Ok(composition.map(|share| format!("{:.0}", 100.0 * share.mean)).join(", "))
     })?;
@@ -189,7 +189,7 @@ pub(crate) fn table(results: &Results) -> Result<Table, Failure> {
     Ok(table)
 }
 
-/// Half way up the crystal of theory neighbours are about as far apart.
+/// Half way up the crystal of theory neighbors are about as far apart.
 const REFERENCE_CONSTANT: f64 = 1.08;
 
 /// How much wider the layers are than those of an unstrained crystal at the pressure of theory, at the second layer, half
@@ -235,7 +235,7 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
     Ok(())
 }
 
-/// Shares of face-centred, hexagonal, and neither.
+/// Shares of face-centered, hexagonal, and neither.
 fn shares(point: &StructurePoint) -> [Estimate; 3] {
     [point.face_centered_cubic, point.hexagonal_close_packed, point.fluid]
 }

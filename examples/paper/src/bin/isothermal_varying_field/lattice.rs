@@ -71,12 +71,12 @@ pub(crate) fn best_fit(base: Base, lattice_constant: f64) -> Option<Fit> {
     best
 }
 
-/// Distance of neighbours in a face-centred or hexagonal close-packed crystal of this number density.
+/// Distance of neighbors in a face-centered or hexagonal close-packed crystal of this number density.
 pub(crate) fn lattice_constant(number_density: f64) -> f64 {
     libm::cbrt(std::f64::consts::SQRT_2 / number_density)
 }
 
-/// Spheres per area of a hexagonal layer with this distance of neighbours.
+/// Spheres per area of a hexagonal layer with this distance of neighbors.
 pub(crate) fn lateral_density(lattice_constant: f64) -> f64 {
     2.0 / (3.0_f64.sqrt() * lattice_constant * lattice_constant)
 }

@@ -180,7 +180,7 @@ fn captions(part: Part) -> Vec<(&'static str, String)> {
     let fluids = [
         (
             "figure_07.png",
-            "Figure 7: the centre of mass falls from the uniform start, by the paper's moves and by ours; inset: where it comes to rest, \
+            "Figure 7: the center of mass falls from the uniform start, by the paper's moves and by ours; inset: where it comes to rest, \
              against α, with hydrostatics between walls",
         ),
         (
@@ -199,11 +199,11 @@ fn captions(part: Part) -> Vec<(&'static str, String)> {
         ),
         (
             "figure_11.png",
-            "Figure 11: lateral distribution of distances in the lowest layer, and of angles between neighbours",
+            "Figure 11: lateral distribution of distances in the lowest layer, and of angles between neighbors",
         ),
         (
             "crystal.png",
-            "The crystal at α = 0.1: its growth, and the shares of face-centred, hexagonal and fluid spheres over height",
+            "The crystal at α = 0.1: its growth, and the shares of face-centered, hexagonal and fluid spheres over height",
         ),
     ];
     let both = [

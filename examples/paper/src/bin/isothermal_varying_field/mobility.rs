@@ -72,11 +72,11 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
     if let Some(crystal) = results.crystals.first() {
         let height = crystal.fronts()?.bonds.mean;
         let front = [(height, 1e-4), (height, 1.0)];
-        paths = paths.line("", colors::GREY, Mark::Dashed, front).note(
+        paths = paths.line("", colors::GRAY, Mark::Dashed, front).note(
             height + 9.0,
             1.6e-4,
             "front of the crystal",
-            colors::GREY,
+            colors::GRAY,
         );
     }
     Figure::new("Figure 12: mobility   (T = 20, a = exp(αx), the paper's moves in the steady state)")

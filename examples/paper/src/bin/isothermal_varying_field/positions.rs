@@ -88,7 +88,7 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
         .points("lowest", colors::INK, Mark::Rings, from_above(0))
         .points("second", colors::VERMILION, Mark::Points, from_above(1));
     let three =
-        view(0.53, "the third over the lowest: apart in a face-centred, together in a hexagonal stack")
+        view(0.53, "the third over the lowest: apart in a face-centered, together in a hexagonal stack")
             .points("lowest", colors::INK, Mark::Rings, from_above(0))
             .points("third", colors::BLUE, Mark::Points, from_above(2));
     let title = format!("Figure 10: positions of the spheres   (T = 20, α = 0.1, base {})", crystal.base);
@@ -100,7 +100,7 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
         .save(&directory.join("figure_10"))?;
     write_csv(
         &directory.join("figure_10.csv"),
-        "centres of all spheres at the end of the run, in d; x is the height",
+        "centers of all spheres at the end of the run, in d; x is the height",
         ["x", "y", "z"],
         crystal.positions.iter().map(|position| [position.x, position.y, position.z]),
     )

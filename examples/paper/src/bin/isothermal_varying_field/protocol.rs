@@ -71,7 +71,7 @@ impl Part {
 pub(crate) enum Growth {
     /// By the paper's moves, S = 0.25: the gas settles so slowly that the crystal grows while it does
     Settling,
-    /// By short event chains with tuned moves in between: the gas falls at once, and what has fallen crystallises
+    /// By short event chains with tuned moves in between: the gas falls at once, and what has fallen crystallizes
     Chains,
     /// The same while α rises from 0.055, where all is fluid, to 0.1 over two thirds of the sweeps
     Rising,
@@ -142,7 +142,7 @@ impl Base {
 #[derive(Debug, Clone)]
 pub(crate) struct Stage {
     pub(crate) moves: Moves,
-    /// Sweeps before anything but the centre of mass is measured.
+    /// Sweeps before anything but the center of mass is measured.
     pub(crate) equilibration: u64,
     /// Consecutive intervals of measurement, in sweeps; the paper's runs.
     pub(crate) intervals: Vec<u64>,
@@ -253,7 +253,7 @@ impl Protocol {
 
     /// Seed of a run: the same for any number of threads.
     pub(crate) fn seed(&self, run: u64) -> u64 {
-        // The generator scrambles its seed, so neighbours are as good as any.
+        // The generator scrambles its seed, so neighbors are as good as any.
         self.seed.wrapping_mul(1_000_003).wrapping_add(run)
     }
 }

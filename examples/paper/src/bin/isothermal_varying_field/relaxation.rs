@@ -1,4 +1,4 @@
-//! Figure 7: the centre of mass against time, and where it comes to rest.
+//! Figure 7: the center of mass against time, and where it comes to rest.
 
 use super::column::Column;
 use super::protocol::Protocol;
@@ -18,7 +18,7 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
     let mut falling = Panel::new(
         Place { left: 0.0, top: 0.08, width: 0.5, height: 0.92 },
         Axis::new("sweeps / 10⁵", 0.0, end / 1e5),
-        Axis::new("height of the centre of mass h_c / d", 0.0, 210.0),
+        Axis::new("height of the center of mass h_c / d", 0.0, 210.0),
     )
     .with_title("from a random gas, by the paper's moves");
     let mut both = Panel::new(

@@ -93,10 +93,10 @@ pub(crate) fn front_of(theory: &HydrostaticProfile) -> f64 {
     f64::midpoint(low, high)
 }
 
-/// Colours of the four α, from the least to the largest.
+/// Colors of the four α, from the least to the largest.
 pub(crate) const COLORS: [RGBColor; 4] = [colors::BLUE, colors::GREEN, colors::PURPLE, colors::VERMILION];
 
-/// The colour of the α nearest to this one.
+/// The color of the α nearest to this one.
 pub(crate) fn color_of(rate: f64) -> RGBColor {
     let rates = Protocol::FLUID_RATES.into_iter().chain([Protocol::CRYSTAL_RATE]);
     let nearest =

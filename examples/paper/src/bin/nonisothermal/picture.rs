@@ -85,7 +85,7 @@ fn dilute(ours: &[Outcome]) -> Figure {
             .line("", color, Mark::Dashed, curve(HIGHEST, |x| column.ideal_gas(x).max(1e-9)))
             .points(&label, color, Mark::Dots, density_points(&outcome.rows));
     }
-    let panel = panel.line("ideal-gas law, C in place of n(0)", colors::GREY, Mark::Dashed, []);
+    let panel = panel.line("ideal-gas law, C in place of n(0)", colors::GRAY, Mark::Dashed, []);
     Figure::new("Figure 14b: the dilute top; points: simulation, lines: theory, dashed: ideal-gas law")
         .panel(panel)
 }
@@ -168,7 +168,7 @@ fn equation_of_state(ours: &[Outcome], papers: &[Outcome]) -> Figure {
         .without_x_labels()
         .line(
             "Carnahan-Starling",
-            colors::GREY,
+            colors::GRAY,
             Mark::Line,
             theory(&|eta| CarnahanStarling.compressibility_factor(eta)),
         )
@@ -187,7 +187,7 @@ fn equation_of_state(ours: &[Outcome], papers: &[Outcome]) -> Figure {
     let mut differences =
         Panel::new(lower, packing("packing fraction η"), Axis::new("P/(nTZ) − 1, %", -1.5, 1.5))
             .line("", colors::INK, Mark::Dashed, [(0.0, 0.0), (DENSEST, 0.0)])
-            .line("", colors::GREY, Mark::Line, etas.map(|eta| (eta, against_carnahan_starling(eta))));
+            .line("", colors::GRAY, Mark::Line, etas.map(|eta| (eta, against_carnahan_starling(eta))));
     for (outcome, color) in ours.iter().zip(COLORS) {
         curves = curves.points(&outcome.column.label(), color, Mark::Dots, states(&outcome.states));
         differences = differences.points("", color, Mark::Points, deviations(outcome));

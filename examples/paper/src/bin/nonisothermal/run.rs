@@ -4,7 +4,7 @@ use super::column::{Column, HEIGHT};
 use gradient_mc::drive::{EquationOfStateClosure, ForceBalance, Instantaneous, SelfConsistent};
 use gradient_mc::moves::{EventChains, LocalMoves};
 use gradient_mc::observers::{CenterOfMass, DisplacementProfile, EquationOfStateProfile};
-use gradient_mc::start::{Compact, Positions, Uniform};
+use gradient_mc::start::{ClosePacked, Positions, RandomInsertion};
 use gradient_mc::{Every, Simulation, Slab, Warning};
 use paper::Failure;
 use paper::interrupt::Interrupt;
@@ -69,7 +69,7 @@ pub(crate) struct Measured {
 }
 
 impl Measured {
-    /// Adds another run of the same column; the centres of mass stay apart.
+    /// Adds another run of the same column; the centers of mass stay apart.
     pub(crate) fn merge(&mut self, other: &Self) -> Result<(), Failure> {
         self.profile.merge(&other.profile)?;
         self.mobility.merge(&other.mobility)?;
@@ -110,8 +110,8 @@ impl Run<'_> {
             .moves(moves)
             .seed(self.seed);
         let mut simulation = match self.side {
-            Side::Above => builder.start(Uniform::default()).build()?,
-            Side::Below => builder.start(Compact).build()?,
+            Side::Above => builder.start(RandomInsertion::default()).build()?,
+            Side::Below => builder.start(ClosePacked).build()?,
         };
         let [equilibration, sweeps] = self.protocol.sweeps_of(self.column.decay_rate);
         in_chunks(equilibration, interrupt, progress, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
@@ -148,7 +148,7 @@ impl Run<'_> {
         let mut simulation = Simulation::builder(self.column.scene()?)
             .scheme(Instantaneous::default())
             .moves(moves)
-            .start(Uniform::default())
+            .start(RandomInsertion::default())
             .seed(self.seed)
             .build()?;
         let sweeps = self.protocol.paper_sweeps.unwrap_or(0);
@@ -168,7 +168,7 @@ fn require_all(made: u64, asked: u64) -> Result<(), Failure> {
     if made < asked { Err("interrupted before enough was measured".into()) } else { Ok(()) }
 }
 
-/// From the lowest centre to the highest.
+/// From the lowest center to the highest.
 fn profile(slab: &Slab) -> Result<EquationOfStateProfile, Failure> {
     // Some 1600.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]

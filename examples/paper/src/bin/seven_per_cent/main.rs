@@ -305,7 +305,7 @@ fn verdicts(
                 squares += band.deviation.standard_error * band.deviation.standard_error / 49.0;
                 expected += part * prediction.deviation(setup.area, setup.acceptance_bin, band.height) / 7.0;
             }
-            // Neighbouring bands move together: allow for a fully shared error. The formula takes counts to be Poisson,
+            // Neighboring bands move together: allow for a fully shared error. The formula takes counts to be Poisson,
             // displacements uniform and the profile that of theory: a fifth of it is allowed for that.
             let error = (7.0 * squares).sqrt();
             let numbers = format!(

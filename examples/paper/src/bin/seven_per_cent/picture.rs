@@ -73,7 +73,7 @@ fn instantaneous(runs: &[Drawn], prediction: &Prediction, area: f64, place: Plac
         Axis::new("P/(nTZ) − 1, %", -8.0, (1.3 * highest).ceil()).with_numbers(6),
     )
     .with_legend(Corner::TopRight)
-    .line("", colors::GREY, Mark::Line, [(6.0, 0.0), (58.0, 0.0)]);
+    .line("", colors::GRAY, Mark::Line, [(6.0, 0.0), (58.0, 0.0)]);
     let mut bins: Vec<f64> = Vec::new();
     let mut labels: Vec<String> = Vec::new();
     for (setup, bands) in &chosen {
@@ -82,7 +82,7 @@ fn instantaneous(runs: &[Drawn], prediction: &Prediction, area: f64, place: Plac
         }
         let index = bins.iter().position(|&bin| bin >= setup.acceptance_bin).unwrap_or(0);
         let (color, label) = match setup.moves {
-            MovesChoice::Chains => (colors::GREY, format!("bins {}, event chains", setup.acceptance_bin)),
+            MovesChoice::Chains => (colors::GRAY, format!("bins {}, event chains", setup.acceptance_bin)),
             MovesChoice::Local(size) => (COLORS[index], format!("bins {}, S = {size}", setup.acceptance_bin)),
         };
         let shown = if labels.contains(&label) { String::new() } else { label.clone() };
@@ -104,7 +104,7 @@ fn others(runs: &[Drawn], place: Place) -> Panel {
         (SchemeChoice::Closure, "closure by an equation of state", colors::GREEN),
         (SchemeChoice::SelfConsistent, "self-consistent", colors::BLUE),
         (SchemeChoice::AveragedThenFrozen, "averaged, then frozen", colors::PURPLE),
-        (SchemeChoice::RunningAverage, "running average", colors::GREY),
+        (SchemeChoice::RunningAverage, "running average", colors::GRAY),
     ];
     let mut panel = Panel::new(
         place,
@@ -112,7 +112,7 @@ fn others(runs: &[Drawn], place: Place) -> Panel {
         Axis::new("P/(nTZ) − 1, %", -4.0, 4.0).with_numbers(8),
     )
     .with_legend(Corner::TopRight)
-    .line("", colors::GREY, Mark::Line, [(6.0, 0.0), (58.0, 0.0)]);
+    .line("", colors::GRAY, Mark::Line, [(6.0, 0.0), (58.0, 0.0)]);
     for (number, (scheme, name, color)) in (0_u32..).zip(kinds) {
         let mut label = name;
         for (setup, bands) in runs.iter().filter(|(setup, _)| setup.scheme == scheme) {

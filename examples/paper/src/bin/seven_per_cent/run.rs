@@ -9,7 +9,7 @@ use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
 use gradient_mc::observers::{CenterOfMass, EquationOfStateProfile};
-use gradient_mc::start::{Compact, Positions, Start, Uniform};
+use gradient_mc::start::{ClosePacked, Positions, RandomInsertion, Start};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::ExponentialTemperature;
 use gradient_mc::{Every, Scene, Simulation, Slab, Warning};
@@ -169,8 +169,8 @@ impl Setup {
         S: Scheme<UniformField, ExponentialTemperature, Drive = MappedDrive<A>> + Copy,
     {
         match self.side {
-            Side::Above => self.run_from(scheme, Uniform::new(0.25), interrupt, progress),
-            Side::Below => self.run_from(scheme, Compact, interrupt, progress),
+            Side::Above => self.run_from(scheme, RandomInsertion::new(0.25), interrupt, progress),
+            Side::Below => self.run_from(scheme, ClosePacked, interrupt, progress),
         }
     }
 

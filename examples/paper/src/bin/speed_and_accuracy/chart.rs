@@ -80,9 +80,9 @@ impl Data<'_> {
             Axis::logarithmic(quantity.label(), ERRORS[0], ERRORS[1]),
         )
         .with_title(title)
-        .line("reference's own error", colors::GREY, Mark::Dashed, [(TIMES[0], floor), (TIMES[1], floor)])
+        .line("reference's own error", colors::GRAY, Mark::Dashed, [(TIMES[0], floor), (TIMES[1], floor)])
         .line("Pareto front", RGBColor(205, 205, 205), Mark::Line, stairs)
-        .points("theory, base at x = 0", colors::GREY, Mark::Points, theories(false))
+        .points("theory, base at x = 0", colors::GRAY, Mark::Points, theories(false))
         .points("theory, between walls", colors::INK, Mark::Points, theories(true))
     }
 
@@ -199,10 +199,10 @@ pub(crate) fn draw_claims(all: &[Data<'_>], path: &Path) -> Result<(), Failure> 
                 Axis::logarithmic("true error", RANGE[0], RANGE[1]),
             )
             .with_title(&format!("{}, {}", quantity.symbol(), data.system.title()))
-            .line("", colors::GREY, Mark::Line, [(RANGE[0], RANGE[0]), (RANGE[1], RANGE[1])])
+            .line("", colors::GRAY, Mark::Line, [(RANGE[0], RANGE[0]), (RANGE[1], RANGE[1])])
             .line(
                 "",
-                colors::GREY,
+                colors::GRAY,
                 Mark::Dashed,
                 (0..=60).map(|step| {
                     let claim = RANGE[0] * libm::pow(RANGE[1] / RANGE[0], f64::from(step) / 60.0);
@@ -244,7 +244,7 @@ fn contest_panel(contest: &Contest, task: Task, target: f64, place: Place) -> Pa
     )
     .with_title(&title)
     .with_legend(Corner::BottomLeft)
-    .line("", colors::GREY, Mark::Dashed, [(RANGE[0], target), (RANGE[1], target)]);
+    .line("", colors::GRAY, Mark::Dashed, [(RANGE[0], target), (RANGE[1], target)]);
     let palette = [colors::INK, colors::BLUE, colors::GREEN, colors::VERMILION, colors::PURPLE];
     for (way, color) in contest.ways().into_iter().zip(palette) {
         let points: Vec<(f64, f64)> = contest
@@ -261,7 +261,7 @@ fn contest_panel(contest: &Contest, task: Task, target: f64, place: Place) -> Pa
     panel
 }
 
-/// The chart: misplaced fractions of the three systems, and the contest.
+/// The chart: total variation distances of the three systems, and the contest.
 pub(crate) fn draw_overview(
     all: &[Data<'_>],
     contest: &Contest,

@@ -47,7 +47,7 @@ where
     }
 
     fn measure(&self, sweeps: u64) -> Result<Stretch, Failure> {
-        // Neighbouring sweeps look alike; of a short run every one is wanted.
+        // Neighboring sweeps look alike; of a short run every one is wanted.
         let interval = (sweeps / 250).clamp(1, 5);
         let mut production = self.clone();
         let start = cpu_seconds();
@@ -136,8 +136,8 @@ where
     let moves: gradient_mc::moves::Moves = moves;
     let builder = Simulation::builder(scene).scheme(scheme).moves(moves).seed(seed);
     Ok(match method.start {
-        Start::Uniform => Box::new(builder.start(start::Uniform::default()).build()?),
-        Start::Compact => Box::new(builder.start(start::Compact).build()?),
+        Start::Uniform => Box::new(builder.start(start::RandomInsertion::default()).build()?),
+        Start::ClosePacked => Box::new(builder.start(start::ClosePacked).build()?),
         Start::Theory => Box::new(builder.start(start::Theory).build()?),
     })
 }

@@ -4,7 +4,7 @@ use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa, number_den
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves};
 use gradient_mc::observers::EquationOfStateProfile;
-use gradient_mc::start::Uniform;
+use gradient_mc::start::RandomInsertion;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Every, Hydrostatics, Scene, Simulation, Slab};
 use paper::Failure;
@@ -70,7 +70,7 @@ impl Gradient {
         let slab = *scene.slab();
         let moves = EventChains::default().local_moves(Some(LocalMoves::tuned()));
         let mut column =
-            Simulation::builder(scene).start(Uniform::new(0.4)).moves(moves).seed(seed).build()?;
+            Simulation::builder(scene).start(RandomInsertion::new(0.4)).moves(moves).seed(seed).build()?;
         let mut equilibration = cpu_seconds() - begin;
         // Some hundreds.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]

@@ -4,7 +4,7 @@
 //!
 //! | error of | is |
 //! |---|---|
-//! | n(x) | the misplaced fraction ½∫abs(n − n') dx/(N/A), n averaged over bins one diameter high |
+//! | n(x) | the total variation distance ½∫abs(n − n') dx/(N/A), n averaged over bins one diameter high |
 //! | P(x) | the largest abs(P − P') over P' at the base, at the middles of these bins |
 //!
 //! n', P' are those of long runs that are stored in `reference/`, with their errors. Times are CPU seconds of the thread, which do not count

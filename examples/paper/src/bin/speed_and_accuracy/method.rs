@@ -32,7 +32,7 @@ impl Moves {
 pub(crate) enum Start {
     Uniform,
     /// Only references start here.
-    Compact,
+    ClosePacked,
     Theory,
 }
 
@@ -40,7 +40,7 @@ impl Start {
     pub(crate) fn label(self) -> &'static str {
         match self {
             Self::Uniform => "uniform start",
-            Self::Compact => "compact start",
+            Self::ClosePacked => "close-packed start",
             Self::Theory => "theory start",
         }
     }

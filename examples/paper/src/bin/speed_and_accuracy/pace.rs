@@ -41,15 +41,15 @@ pub(crate) fn table(seed: u64) -> Result<Table, Failure> {
         for _ in 0..TURNS {
             rates[0].push(rate(|| Ok(local.moves(100)))?);
             rates[1].push(rate(|| {
-                let before = trials.tally().trials;
+                let before = trials.move_counts().trials;
                 trials.run(40, &mut ())?;
-                Ok(trials.tally().trials - before)
+                Ok(trials.move_counts().trials - before)
             })?);
             rates[2].push(rate(|| Ok(chains.moves(100)))?);
             rates[3].push(rate(|| {
-                let before = events.tally().events;
+                let before = events.move_counts().events;
                 events.run(40, &mut ())?;
-                Ok(events.tally().events - before)
+                Ok(events.move_counts().events - before)
             })?);
         }
         let cells = rates.map(|mut rates| {

@@ -51,7 +51,7 @@ impl Quantity {
 
     pub(crate) fn label(self) -> &'static str {
         match self {
-            Self::Density => "misplaced fraction",
+            Self::Density => "total variation distance",
             Self::Pressure => "largest error of P over P at the base",
         }
     }

@@ -1,4 +1,4 @@
-//! What is measured of a column: n, P and the centre of mass, with errors.
+//! What is measured of a column: n, P and the center of mass, with errors.
 
 use gradient_mc::statistics::BlockAverages;
 use gradient_mc::{Frame, Observer, ObserverError};
@@ -78,7 +78,7 @@ impl Profile {
         };
         let ones = vec![1.0; BINS];
         Errors {
-            misplaced: accuracy::expected_misplaced_fraction(&self.density_errors, COLUMN_DENSITY),
+            misplaced: accuracy::expected_total_variation_distance(&self.density_errors, COLUMN_DENSITY),
             pressure: self.pressure_errors.iter().copied().fold(0.0, f64::max) / base,
             bulk_density: accuracy::bulk_deviation(
                 &relative(&self.density_errors, &self.density),
@@ -97,7 +97,7 @@ impl Profile {
     /// How far this profile is from a reference.
     pub(crate) fn errors(&self, reference: &Self) -> Errors {
         Errors {
-            misplaced: accuracy::misplaced_fraction(&self.density, &reference.density, COLUMN_DENSITY),
+            misplaced: accuracy::total_variation_distance(&self.density, &reference.density, COLUMN_DENSITY),
             pressure: accuracy::pressure_deviation(&self.pressure, &reference.pressure),
             bulk_density: accuracy::bulk_deviation(&self.density, &reference.density, &reference.density),
             bulk_pressure: accuracy::bulk_deviation(&self.pressure, &reference.pressure, &reference.density),

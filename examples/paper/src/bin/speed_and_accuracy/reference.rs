@@ -111,8 +111,8 @@ fn distance(one: &Profile, other: &Profile) -> [f64; 2] {
     let together: Vec<f64> =
         one.density_errors.iter().zip(&other.density_errors).map(|(a, b)| a.hypot(*b)).collect();
     [
-        accuracy::misplaced_fraction(&one.density, &other.density, COLUMN_DENSITY),
-        accuracy::expected_misplaced_fraction(&together, COLUMN_DENSITY),
+        accuracy::total_variation_distance(&one.density, &other.density, COLUMN_DENSITY),
+        accuracy::expected_total_variation_distance(&together, COLUMN_DENSITY),
     ]
 }
 
@@ -127,7 +127,7 @@ pub(crate) fn make(seed: u64, threads: usize, directory: &Path) -> Result<(), Fa
     let progress = Progress::new(tasks.len() as u64, "reference runs");
     let outcomes = replicas::in_parallel(threads, tasks, |(system, width, replica)| {
         // From above and from below.
-        let start = if replica.is_multiple_of(2) { Start::Uniform } else { Start::Compact };
+        let start = if replica.is_multiple_of(2) { Start::Uniform } else { Start::ClosePacked };
         let method = Method { moves: Moves::ChainsAndTuned, start, width, scheme: Scheme::SelfConsistent };
         let base = if width < WIDTH { 1000 } else { 0 };
         let seed = seed.wrapping_mul(1_000_003).wrapping_add(base + replica);
@@ -174,7 +174,7 @@ fn store(system: System, seed: u64, runs: &Runs, control: &Runs, path: &Path) ->
             profile.center_of_mass, profile.center_of_mass_error
         ),
         format!(
-            "expected misplaced fraction: {:.2e}; largest error of P over P at the base: {:.2e}; of {CONTROL_WIDTH} x \
+            "expected total variation distance: {:.2e}; largest error of P over P at the base: {:.2e}; of {CONTROL_WIDTH} x \
              {CONTROL_WIDTH} {:.2e} and {:.2e}",
             errors.misplaced,
             errors.pressure,

@@ -244,7 +244,7 @@ pub(crate) fn write_points(all: &[Data<'_>], path: &Path) -> Result<(), Failure>
     let mut file = BufWriter::new(file);
     writeln!(
         file,
-        "# CPU seconds of the slowest thread; errors: misplaced fraction, largest error of P over P at the base, relative rms \
+        "# CPU seconds of the slowest thread; errors: total variation distance, largest error of P over P at the base, relative rms \
          over the bulk, relative of h_c; claimed ones are empty where nothing is claimed"
     )?;
     let mut writer = csv::Writer::from_writer(file);
@@ -254,8 +254,8 @@ pub(crate) fn write_points(all: &[Data<'_>], path: &Path) -> Result<(), Failure>
         "threads",
         "sweeps",
         "cpu_seconds",
-        "misplaced_fraction",
-        "claimed_misplaced_fraction",
+        "total_variation_distance",
+        "claimed_total_variation_distance",
         "pressure_error",
         "claimed_pressure_error",
         "bulk_density_error",

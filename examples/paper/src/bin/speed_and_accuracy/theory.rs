@@ -80,17 +80,17 @@ impl Claims {
         // What it expects does not depend on the tolerance.
         let choice = scene.model_for(0.01)?;
         let (mut ideal_gas, mut hydrostatics) = (None, None);
-        for rung in choice.rungs() {
+        for candidate in choice.candidates() {
             // P is said to be no further off in a uniform field; of the rest nothing is said.
-            let pressure = if system.field_rate() > 0.0 { f64::NAN } else { rung.expected_error };
+            let pressure = if system.field_rate() > 0.0 { f64::NAN } else { candidate.expected_error };
             let claim = Errors {
-                misplaced: rung.expected_error,
+                misplaced: candidate.expected_error,
                 pressure,
                 bulk_density: f64::NAN,
                 bulk_pressure: f64::NAN,
                 center_of_mass: f64::NAN,
             };
-            match rung.model {
+            match candidate.model {
                 Model::IdealGas(_) => ideal_gas = Some(claim),
                 Model::Hydrostatics(_) => hydrostatics = Some(claim),
                 _ => {}
@@ -123,7 +123,7 @@ fn binned(theory: &HydrostaticProfile) -> Profile {
     Profile { density, pressure, center_of_mass: theory.center_of_mass(), ..Profile::default() }
 }
 
-/// Equations (10) and (28) of doi:10.1103/PhysRevE.83.061306 at the middles of the bins, normalised to N/A:
+/// Equations (10) and (28) of doi:10.1103/PhysRevE.83.061306 at the middles of the bins, normalized to N/A:
 /// n ∝ exp(−(e^{(α+β)x} − 1)/((α+β) T₀) + βx), P = n T.
 fn ideal_gas(system: System) -> Profile {
     let (temperature, beta) = (system.base_temperature(), system.temperature_decay());

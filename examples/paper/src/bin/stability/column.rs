@@ -36,7 +36,7 @@ pub(crate) fn scene<F: Field, T: TemperatureProfile>(
     Scene::new(Slab::new(height, width, width)?, particles(column_density, width), field, temperature)
 }
 
-/// The best theory of a scene: right in the bulk to 0.2 %, its centre of mass to some 0.03 diameters.
+/// The best theory of a scene: right in the bulk to 0.2 %, its center of mass to some 0.03 diameters.
 pub(crate) fn theory<F: Field, T: TemperatureProfile>(
     scene: &Scene<F, T>,
 ) -> Result<HydrostaticProfile, Error> {
@@ -80,16 +80,16 @@ pub(crate) fn run<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
     simulation.equilibrate(length.equilibration, &mut ())?;
     simulation.run(length.sweeps, &mut observers)?;
     let (center_of_mass, contact, profile) = observers.observer;
-    let acceptance = simulation.tally().acceptance();
+    let acceptance = simulation.move_counts().acceptance();
     let remark = if acceptance.is_nan() { String::new() } else { format!("acceptance {acceptance:.4}") };
     let findings = Findings { quantities: Vec::new(), said: said::by(&simulation), remark, foreign: false };
     Ok(Run { first_center, center_of_mass, contact, contact_bin, profile, findings })
 }
 
 impl Run {
-    /// Height of the centre of mass against a true one that is known to `uncertainty`.
+    /// Height of the center of mass against a true one that is known to `uncertainty`.
     pub(crate) fn center_of_mass(&self, truth: f64, uncertainty: f64) -> Result<Quantity, Error> {
-        let mut quantity = Quantity::relative("centre of mass", self.center_of_mass.estimate()?, truth);
+        let mut quantity = Quantity::relative("center of mass", self.center_of_mass.estimate()?, truth);
         quantity.truth_error = uncertainty / truth;
         quantity.start = Some(self.first_center / truth - 1.0);
         let drift = self.center_of_mass.drift()?;

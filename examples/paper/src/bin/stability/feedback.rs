@@ -8,7 +8,7 @@ use gradient_mc::drive::{
 };
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
-use gradient_mc::start::{Start, Theory, Uniform};
+use gradient_mc::start::{RandomInsertion, Start, Theory};
 use gradient_mc::temperature::ExponentialTemperature;
 use gradient_mc::{Scene, Simulation};
 use paper::Failure;
@@ -76,9 +76,9 @@ pub(crate) fn bins() -> Map {
 /// Equilibration before the field is frozen, from far above.
 pub(crate) fn patience() -> Map {
     const SWEEPS: [u32; 6] = [0, 30, 100, 300, 1000, 3000];
-    fn setup<S>(scheme: S, sweeps: u32) -> Setup<S, Uniform> {
+    fn setup<S>(scheme: S, sweeps: u32) -> Setup<S, RandomInsertion> {
         let length = Length { equilibration: sweeps.into(), sweeps: 1500 };
-        let (start, moves) = (Uniform::new(0.25), EventChains::default().into());
+        let (start, moves) = (RandomInsertion::new(0.25), EventChains::default().into());
         Setup { scheme, start, moves, length, range: [8.0, 40.0] }
     }
     let mut map = Map::new(

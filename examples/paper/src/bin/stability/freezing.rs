@@ -5,7 +5,7 @@ use crate::map::{Findings, Map};
 use gradient_mc::drive::SelfConsistent;
 use gradient_mc::field::{ExponentialField, UniformField};
 use gradient_mc::moves::EventChains;
-use gradient_mc::start::{Compact, Start, Theory, Uniform};
+use gradient_mc::start::{ClosePacked, RandomInsertion, Start, Theory};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{Field, Simulation};
 use paper::Failure;
@@ -35,10 +35,10 @@ pub(crate) fn cold() -> Map {
         Map::new("cold", "Colder columns: uniform field, freezing below T = 3.46", "temperature T / mgd");
     for temperature in TEMPERATURES {
         map.add("from above", temperature, move |seed| {
-            isothermal(UniformField::default(), temperature, Uniform::new(0.3), 250.0, seed)
+            isothermal(UniformField::default(), temperature, RandomInsertion::new(0.3), 250.0, seed)
         });
         map.add("from below", temperature, move |seed| {
-            isothermal(UniformField::default(), temperature, Compact, 250.0, seed)
+            isothermal(UniformField::default(), temperature, ClosePacked, 250.0, seed)
         });
         map.add("theory start", temperature, move |seed| {
             isothermal(UniformField::default(), temperature, Theory, 250.0, seed)
@@ -54,10 +54,10 @@ pub(crate) fn fields() -> Map {
         Map::new("field_rate", "Fields that grow with height: a = exp(αx), T = 20", "rate α of the field");
     for rate in RATES {
         map.add("from above", rate, move |seed| {
-            isothermal(ExponentialField::new(rate)?, 20.0, Uniform::new(0.3), 140.0, seed)
+            isothermal(ExponentialField::new(rate)?, 20.0, RandomInsertion::new(0.3), 140.0, seed)
         });
         map.add("from below", rate, move |seed| {
-            isothermal(ExponentialField::new(rate)?, 20.0, Compact, 140.0, seed)
+            isothermal(ExponentialField::new(rate)?, 20.0, ClosePacked, 140.0, seed)
         });
         map.add("theory start", rate, move |seed| {
             isothermal(ExponentialField::new(rate)?, 20.0, Theory, 140.0, seed)
@@ -75,8 +75,8 @@ pub(crate) fn temperatures() -> Map {
         "decay rate β of the temperature",
     );
     for rate in RATES {
-        map.add("from above", rate, move |seed| cooling(rate, Uniform::new(0.3), seed));
-        map.add("from below", rate, move |seed| cooling(rate, Compact, seed));
+        map.add("from above", rate, move |seed| cooling(rate, RandomInsertion::new(0.3), seed));
+        map.add("from below", rate, move |seed| cooling(rate, ClosePacked, seed));
     }
     map
 }

@@ -90,11 +90,11 @@ impl Map {
             far if far != 0.0 && !(1e-3..1e4).contains(&far) => format!("{far:e}"),
             number => number.to_string(),
         };
-        self.add_labelled(series, parameter, &label, work);
+        self.add_labeled(series, parameter, &label, work);
     }
 
     /// Adds a point with a label of its own; `parameter` gives its place.
-    pub(crate) fn add_labelled(
+    pub(crate) fn add_labeled(
         &mut self,
         series: &str,
         parameter: f64,

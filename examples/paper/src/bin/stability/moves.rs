@@ -4,7 +4,7 @@ use crate::column::{self, Length, run, theory};
 use crate::map::{Findings, Map};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, FieldEvent, LocalMoves, Moves};
-use gradient_mc::start::{Positions, Start, Theory, Uniform};
+use gradient_mc::start::{Positions, RandomInsertion, Start, Theory};
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Scene, Simulation, Slab, Vector3};
 use paper::Failure;
@@ -44,11 +44,17 @@ pub(crate) fn sizes() -> Map {
         for size in SIZES {
             map.add(&from_above, size, move |seed| {
                 let moves = |slab: &Slab| Ok(LocalMoves::new(size, slab)?.into());
-                from_start(temperature, Uniform::default(), moves, LENGTH, seed)
+                from_start(temperature, RandomInsertion::default(), moves, LENGTH, seed)
             });
         }
-        map.add_labelled(&from_above, 10.0, "tuned", move |seed| {
-            from_start(temperature, Uniform::default(), |_| Ok(LocalMoves::tuned().into()), LENGTH, seed)
+        map.add_labeled(&from_above, 10.0, "tuned", move |seed| {
+            from_start(
+                temperature,
+                RandomInsertion::default(),
+                |_| Ok(LocalMoves::tuned().into()),
+                LENGTH,
+                seed,
+            )
         });
     }
     for size in SIZES {
@@ -56,7 +62,7 @@ pub(crate) fn sizes() -> Map {
             from_start(5.0, Theory, |slab| Ok(LocalMoves::new(size, slab)?.into()), LENGTH, seed)
         });
     }
-    map.add_labelled("T = 5, theory start", 10.0, "tuned", |seed| {
+    map.add_labeled("T = 5, theory start", 10.0, "tuned", |seed| {
         from_start(5.0, Theory, |_| Ok(LocalMoves::tuned().into()), LENGTH, seed)
     });
     map
@@ -75,11 +81,11 @@ pub(crate) fn chain_lengths() -> Map {
         };
         for length in LENGTHS {
             map.add(label, length, move |seed| {
-                from_start(temperature, Uniform::default(), |_| chains(Some(length)), LENGTH, seed)
+                from_start(temperature, RandomInsertion::default(), |_| chains(Some(length)), LENGTH, seed)
             });
         }
-        map.add_labelled(label, 1e9, "tuned", move |seed| {
-            from_start(temperature, Uniform::default(), |_| chains(None), LENGTH, seed)
+        map.add_labeled(label, 1e9, "tuned", move |seed| {
+            from_start(temperature, RandomInsertion::default(), |_| chains(None), LENGTH, seed)
         });
     };
     row("T = 20, relocate", 20.0, FieldEvent::Relocate, true);

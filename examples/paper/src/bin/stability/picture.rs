@@ -1,4 +1,4 @@
-//! Pictures of maps: a cell for every point, coloured by what became of the method there.
+//! Pictures of maps: a cell for every point, colored by what became of the method there.
 
 use crate::map::{Measured, Point};
 use crate::verdict::Outcome;
@@ -7,7 +7,7 @@ use paper::figure::RGBColor;
 use paper::figure::{Axis, Cell, Figure, Mark, Panel, Place, colors};
 use std::path::Path;
 
-/// Tints of Okabe and Ito's colours, apart for colour-blind readers and dark letters readable on all.
+/// Tints of Okabe and Ito's colors, apart for color-blind readers and dark letters readable on all.
 fn color(outcome: Outcome) -> RGBColor {
     match outcome {
         Outcome::Right => RGBColor(190, 228, 214),
@@ -97,7 +97,7 @@ fn panel(map: &Measured, place: Place) -> Panel {
         0.5 * head,
         -0.5,
         map.parameter,
-        colors::GREY,
+        colors::GRAY,
     );
     for (column, (_, label)) in columns.iter().enumerate() {
         panel = panel.note(head + column as f64 + 0.5, -0.5, label, colors::INK);

@@ -85,14 +85,14 @@ pub(crate) fn fields() -> Map {
         };
         for (name, moves) in [("local", local as Maker), ("chains", chains as Maker)] {
             let slab = || Slab::new(HEIGHT, 4.0, 4.0);
-            map.add_labelled(&format!("step of a(x), {name}"), place, &label, move |seed| {
+            map.add_labeled(&format!("step of a(x), {name}"), place, &label, move |seed| {
                 one_sphere(FieldFn::new(step, &slab()?)?, step_potential, moves, seed)
             });
-            map.add_labelled(&format!("barrier in φ(x), {name}"), place, &label, move |seed| {
+            map.add_labeled(&format!("barrier in φ(x), {name}"), place, &label, move |seed| {
                 one_sphere(Barrier { width }, barrier, moves, seed)
             });
             if width > 0.0 {
-                map.add_labelled(&format!("spike of a(x), {name}"), place, &label, move |seed| {
+                map.add_labeled(&format!("spike of a(x), {name}"), place, &label, move |seed| {
                     one_sphere(FieldFn::new(spike, &slab()?)?, barrier, moves, seed)
                 });
             }
@@ -151,11 +151,11 @@ pub(crate) fn temperatures() -> Map {
         let place = if width > 0.0 { width } else { 1e-5 };
         let label = width.to_string();
         for (name, moves) in [("local", local as Maker), ("chains", chains as Maker)] {
-            map.add_labelled(&format!("closure, {name}"), place, &label, move |seed| {
+            map.add_labeled(&format!("closure, {name}"), place, &label, move |seed| {
                 column_of(step(width), moves, seed)
             });
             if width > 0.0 {
-                map.add_labelled(&format!("table, {name}"), place, &label, move |seed| {
+                map.add_labeled(&format!("table, {name}"), place, &label, move |seed| {
                     let half = 0.5 * width;
                     let table = vec![(0.0, 3.0), (STEP - half, 3.0), (STEP + half, 1.5), (HEIGHT, 1.5)];
                     column_of(TabulatedTemperature::new(table)?, moves, seed)

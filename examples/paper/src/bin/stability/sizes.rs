@@ -7,7 +7,7 @@ use crate::verdict::Quantity;
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
 use gradient_mc::observers::CenterOfMass;
-use gradient_mc::start::{Compact, Start, Theory, Uniform};
+use gradient_mc::start::{ClosePacked, RandomInsertion, Start, Theory};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Scene, Simulation, Slab};
@@ -19,9 +19,9 @@ pub(crate) fn starts() -> Map {
     let mut map =
         Map::new("start", "Starts: spheres placed, in a box of the same density", "number density n d³");
     for density in DENSITIES {
-        map.add("random insertion", density, move |seed| start(Uniform::new(density), density, seed));
+        map.add("random insertion", density, move |seed| start(RandomInsertion::new(density), density, seed));
         map.add("theory", density, move |seed| start(Theory, density, seed));
-        map.add("compact", density, move |seed| start(Compact, density, seed));
+        map.add("compact", density, move |seed| start(ClosePacked, density, seed));
     }
     map
 }
@@ -133,17 +133,17 @@ fn crowd(spheres: f64, chains: bool, seed: u64) -> Result<Findings, Failure> {
         LocalMoves::new(0.5, scene.slab())?.into()
     };
     let mut simulation =
-        Simulation::builder(scene).start(Uniform::new(0.2)).moves(moves).seed(seed).build()?;
+        Simulation::builder(scene).start(RandomInsertion::new(0.2)).moves(moves).seed(seed).build()?;
     let first = simulation.frame().heights().sum::<f64>() / scene.particles() as f64;
     simulation.equilibrate(2, &mut ())?;
-    let (start, tally) = (cpu_seconds(), *simulation.tally());
+    let (start, move_counts) = (cpu_seconds(), *simulation.move_counts());
     let mut center_of_mass = CenterOfMass::new();
     simulation.run(40, &mut center_of_mass)?;
     let seconds = cpu_seconds() - start;
-    let made = simulation.tally().since(&tally);
+    let made = simulation.move_counts().since(&move_counts);
     let bytes = before.zip(memory()).map(|(before, after)| ((after - before) / spheres).max(0.0));
     let truth = column::theory(&scene)?.center_of_mass();
-    let mut quantity = Quantity::relative("centre of mass", center_of_mass.estimate()?, truth);
+    let mut quantity = Quantity::relative("center of mass", center_of_mass.estimate()?, truth);
     quantity.start = Some(first / truth - 1.0);
     let drift = center_of_mass.drift()?;
     quantity.drift = Some(Estimate::new(drift.mean / truth, drift.standard_error / truth));

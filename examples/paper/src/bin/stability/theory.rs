@@ -34,7 +34,7 @@ pub(crate) fn equations() -> Map {
     map
 }
 
-/// The centre of mass by an equation of state against that of the best one, fluid and solid.
+/// The center of mass by an equation of state against that of the best one, fluid and solid.
 fn compare(equation_of_state: impl EquationOfState + Clone, temperature: f64) -> Result<Findings, Failure> {
     let slab = Slab::new(400.0, 25.0, 25.0)?;
     let temperature = Isothermal::new(temperature)?;
@@ -45,10 +45,10 @@ fn compare(equation_of_state: impl EquationOfState + Clone, temperature: f64) ->
     Ok(against(&profile, Estimate::new(best.center_of_mass(), 0.0)))
 }
 
-/// The centre of mass of a profile against a true one.
+/// The center of mass of a profile against a true one.
 fn against(profile: &HydrostaticProfile, truth: Estimate) -> Findings {
     let measured = Estimate::new(profile.center_of_mass(), 0.0);
-    let mut quantity = Quantity::relative("centre of mass", measured, truth.mean);
+    let mut quantity = Quantity::relative("center of mass", measured, truth.mean);
     quantity.truth_error = truth.standard_error / truth.mean;
     Findings {
         quantities: vec![quantity.tolerating(0.005, 0.005)],

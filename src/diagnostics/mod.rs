@@ -1,6 +1,6 @@
 //! What the notes of a run, its scene and the theory of it say against the run: one file for each kind of doubt.
 //!
-//! Notes, scene and theory go in, warnings come out; no judgement knows of another.
+//! Notes, scene and theory go in, warnings come out; no judgment knows of another.
 
 mod acceptance;
 mod expectation;

@@ -1,10 +1,10 @@
-//! Whether the centre of mass has seen what it should.
+//! Whether the center of mass has seen what it should.
 
 use crate::Warning;
 use crate::statistics::{Estimate, autocorrelation, blocking, drift};
 use crate::warning::MixingEvidence;
 
-/// The series of the centre of mass, and what equilibrium demands of it.
+/// The series of the center of mass, and what equilibrium demands of it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Mixing<'a> {
     series: &'a [f64],
@@ -26,7 +26,7 @@ impl<'a> Mixing<'a> {
         Self { series, required_variance }
     }
 
-    /// Height of the centre of mass; its error is NaN if the series is too short for one.
+    /// Height of the center of mass; its error is NaN if the series is too short for one.
     pub(super) fn center_of_mass(&self) -> Estimate {
         blocking(self.series).unwrap_or(Estimate::new(f64::NAN, f64::NAN))
     }

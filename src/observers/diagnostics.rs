@@ -9,7 +9,7 @@ const COLUMN: f64 = 0.99;
 
 /// What is wrong with bins whose counts are the first components of `averages`.
 ///
-/// Judged are the bins in which a centre can be, from the base up to where 1 % of the spheres seen is left.
+/// Judged are the bins in which a center can be, from the base up to where 1 % of the spheres seen is left.
 pub(super) fn of_bins(bins: &Bins, averages: &BlockAverages) -> Vec<Warning> {
     let mut counts = averages.mean();
     counts.truncate(bins.count());

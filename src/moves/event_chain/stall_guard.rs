@@ -8,8 +8,8 @@ use crate::drive::Phase;
 ///
 /// While equilibrating, when no balance has to be kept yet, such a chain is given up early and quietly: crystals
 /// to start from are jammed until they have melted. In production it is an error, since giving up
-/// where spheres are dense would favour what is not.
-pub(super) struct Patience {
+/// where spheres are dense would favor what is not.
+pub(super) struct StallGuard {
     phase: Phase,
     most: u32,
     length: f64,
@@ -19,7 +19,7 @@ pub(super) struct Patience {
     mark: f64,
 }
 
-impl Patience {
+impl StallGuard {
     /// Straight pieces within which a chain must advance by one diameter. Only spheres that are jammed to a
     /// hundred-thousandth of a diameter need more.
     pub(super) const PIECES: u32 = 100_000;

@@ -17,7 +17,7 @@ impl Expectation {
     const PARTS: u32 = 512;
     /// A local theory of fewer spheres than this is none.
     const FEWEST_SPHERES: usize = 64;
-    /// The centre of mass of every healthy column here lies within a third of this of the theory's.
+    /// The center of mass of every healthy column here lies within a third of this of the theory's.
     const TOLERANCE: f64 = 0.03;
     /// A deviation of more standard errors than this is no accident, even if they are underestimated by half.
     const SIGNIFICANT: f64 = 6.0;
@@ -36,7 +36,7 @@ impl Expectation {
         &self.profile
     }
 
-    /// Variance of the height of the centre of mass in equilibrium in the field that makes this density.
+    /// Variance of the height of the center of mass in equilibrium in the field that makes this density.
     ///
     /// It is the response to a uniform field: Var(h) = −(1/N) dh/dε for a reduced potential u + εx, whatever u is. With
     /// a local equation of state δn = nχ (δμ − εx), where χ = 1/(Z + dZ/d ln η) and δμ keeps the number of spheres, so
@@ -58,7 +58,7 @@ impl Expectation {
         (second - first * first / zeroth) / (f64::from(Self::PARTS) * self.particles as f64)
     }
 
-    /// Whether the centre of mass is where this theory has it.
+    /// Whether the center of mass is where this theory has it.
     fn is_good(&self) -> bool {
         let (_, density) = self.profile.density_maximum();
         let steep = |warning: &Warning| matches!(warning, Warning::SteepGradient { .. });
@@ -67,7 +67,7 @@ impl Expectation {
             && !self.profile.warnings().iter().any(steep)
     }
 
-    /// Compares a measured centre of mass.
+    /// Compares a measured center of mass.
     pub(super) fn far_from(&self, center_of_mass: Estimate) -> Option<Warning> {
         let theory = self.profile.center_of_mass();
         let far = (center_of_mass.mean - theory).abs() > Self::TOLERANCE * (theory - self.lowest)

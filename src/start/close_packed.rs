@@ -1,4 +1,4 @@
-//! Close-packed lattices that fit the slab, and the compact start.
+//! Close-packed lattices that fit the slab, and the close-packed start.
 
 use super::Start;
 use crate::configuration::wrap;
@@ -7,11 +7,11 @@ use crate::{Error, Generator, Scene, Slab};
 use nalgebra::Vector3;
 
 /// A close-packed crystal that stands on the base, filled from below; the top layer has random
-/// vacancies. Far below the steady state: the other side from [`Uniform`](super::Uniform).
+/// vacancies. Far below the steady state: the other side from [`RandomInsertion`](super::RandomInsertion).
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Compact;
+pub struct ClosePacked;
 
-impl Start for Compact {
+impl Start for ClosePacked {
     /// # Errors
     /// [`Error::LatticeFull`] when the lattice that fits the slab has too few sites.
     fn place<F, T>(
@@ -29,7 +29,7 @@ impl Start for Compact {
 const GAP: f64 = 1e-3;
 /// Spheres are placed at random within this distance of their site along each axis: in a perfect lattice
 /// chains close gaps until rings of touching spheres fit the width exactly, and are stuck. Two
-/// neighbours take up at most 2·√3/4 of the gap.
+/// neighbors take up at most 2·√3/4 of the gap.
 const JITTER: f64 = 0.25 * GAP;
 
 /// Layers of a two-dimensional lattice, every other layer shifted over the hollows of the one below.

@@ -14,12 +14,12 @@ use crate::Slab;
 /// Only the shapes count where both hold the same number of spheres. A profile that ends earlier goes on with zeros. Not finite if `truth` holds nothing.
 ///
 /// ```
-/// use gradient_mc::model::misplaced_fraction;
+/// use gradient_mc::model::total_variation_distance;
 /// // A tenth of the spheres is one bin too high.
-/// assert!((misplaced_fraction(&[0.5, 0.4, 0.1], &[0.6, 0.3, 0.1]) - 0.1).abs() < 1e-15);
+/// assert!((total_variation_distance(&[0.5, 0.4, 0.1], &[0.6, 0.3, 0.1]) - 0.1).abs() < 1e-15);
 /// ```
 #[must_use]
-pub fn misplaced_fraction(model: &[f64], truth: &[f64]) -> f64 {
+pub fn total_variation_distance(model: &[f64], truth: &[f64]) -> f64 {
     let at = |profile: &[f64], bin: usize| profile.get(bin).copied().unwrap_or(0.0);
     let bins = model.len().max(truth.len());
     let difference: f64 = (0..bins).map(|bin| (at(model, bin) - at(truth, bin)).abs()).sum();
@@ -68,12 +68,12 @@ mod tests {
     #[test]
     fn it_is_a_distance_between_zero_and_one() {
         let (first, second) = ([0.2, 0.3, 0.5], [0.5, 0.3, 0.2]);
-        approx::assert_relative_eq!(misplaced_fraction(&first, &second), 0.3, epsilon = 1e-15);
-        approx::assert_relative_eq!(misplaced_fraction(&second, &first), 0.3, epsilon = 1e-15);
-        assert!(misplaced_fraction(&first, &first).abs() < 1e-15);
+        approx::assert_relative_eq!(total_variation_distance(&first, &second), 0.3, epsilon = 1e-15);
+        approx::assert_relative_eq!(total_variation_distance(&second, &first), 0.3, epsilon = 1e-15);
+        assert!(total_variation_distance(&first, &first).abs() < 1e-15);
         // Nothing in common, and of different lengths.
-        approx::assert_relative_eq!(misplaced_fraction(&[1.0], &[0.0, 1.0]), 1.0, epsilon = 1e-15);
-        assert!(!misplaced_fraction(&[1.0], &[]).is_finite());
+        approx::assert_relative_eq!(total_variation_distance(&[1.0], &[0.0, 1.0]), 1.0, epsilon = 1e-15);
+        assert!(!total_variation_distance(&[1.0], &[]).is_finite());
     }
 
     #[test]
@@ -96,7 +96,7 @@ mod tests {
                     difference.abs()
                 })
                 .fold(0.0, f64::max);
-            assert!(kolmogorov <= misplaced_fraction(&first, &second) + 1e-12);
+            assert!(kolmogorov <= total_variation_distance(&first, &second) + 1e-12);
         }
     }
 }

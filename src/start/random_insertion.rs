@@ -12,11 +12,11 @@ use nalgebra::Vector3;
 ///
 /// Random insertion jams near a packing fraction of 0.38 (n = 0.73).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Uniform {
+pub struct RandomInsertion {
     number_density: f64,
 }
 
-impl Uniform {
+impl RandomInsertion {
     /// Spheres at `number_density`, in inverse cubic diameters.
     #[must_use]
     pub fn new(number_density: f64) -> Self {
@@ -24,14 +24,14 @@ impl Uniform {
     }
 }
 
-impl Default for Uniform {
+impl Default for RandomInsertion {
     /// n = 0.1, as in doi:10.1103/PhysRevE.83.061306.
     fn default() -> Self {
         Self::new(0.1)
     }
 }
 
-impl Start for Uniform {
+impl Start for RandomInsertion {
     /// # Errors
     /// [`Error::InvalidParameter`] for a density that is not positive and finite;
     /// [`Error::InsertionFailed`] when the spheres do not fit.
@@ -46,7 +46,7 @@ impl Start for Uniform {
         let slab = scene.slab();
         let [width_y, width_z] = slab.widths();
         let requested = scene.particles();
-        // Centres keep half a diameter off the walls; the density is that of the slab between surfaces,
+        // Centers keep half a diameter off the walls; the density is that of the slab between surfaces,
         // so that the paper's 25 000 spheres fill its 400 diameters.
         let top = scene.column_density() / self.number_density;
         let range = (top.min(slab.height()) - 1.0).max(0.0);

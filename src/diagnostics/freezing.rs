@@ -79,7 +79,7 @@ fn incommensurate<F, T>(scene: &Scene<F, T>, reduced_pressure: f64) -> Option<Wa
     let coexistence = FluidSolid::default().coexistence();
     let eta = SpeedySolid
         .packing_fraction_at(reduced_pressure.max(coexistence.reduced_pressure), Some(coexistence.solid))?;
-    // π/√18 where neighbours touch.
+    // π/√18 where neighbors touch.
     let lattice_constant = libm::cbrt(std::f64::consts::PI / 18_f64.sqrt() / eta);
     let widths = scene.slab().widths();
     let strain = hexagonal::smallest_strain(widths.map(|width| width / lattice_constant));

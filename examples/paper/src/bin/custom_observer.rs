@@ -8,7 +8,7 @@ use clap::Parser;
 use gradient_mc::field::UniformField;
 use gradient_mc::statistics::{BlockAverages, Estimate};
 use gradient_mc::temperature::Isothermal;
-use gradient_mc::{Error, Frame, Observer, ObserverError, Scene, Simulation, Slab, start};
+use gradient_mc::{Error, Frame, Merge, Observer, ObserverError, Scene, Simulation, Slab, start};
 use paper::arguments::SharedArguments;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use paper::interrupt::Interrupt;

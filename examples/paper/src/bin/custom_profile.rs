@@ -20,11 +20,11 @@ use gradient_mc::equation_of_state::{ModifiedKolafa, number_density};
 use gradient_mc::field::UniformField;
 use gradient_mc::hydrostatics::{HydrostaticProfile, Hydrostatics};
 use gradient_mc::moves::EventChains;
-use gradient_mc::observers::{CenterOfMass, EquationOfStatePoint, EquationOfStateProfile};
+use gradient_mc::observers::{Bins, CenterOfMass, EquationOfStatePoint, EquationOfStateProfile};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{
-    EquationOfState, Error, Every, Scene, Simulation, Slab, TemperatureProfile, Warning, start,
+    EquationOfState, Error, Every, Merge, Scene, Simulation, Slab, TemperatureProfile, Warning, start,
 };
 use paper::arguments::SharedArguments;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
@@ -160,8 +160,10 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         replicas::in_chunks(arguments.equilibration, &interrupt, &progress, |sweeps| {
             simulation.equilibrate(sweeps, &mut ())
         })?;
-        let mut observers =
-            Every::new(5, (EquationOfStateProfile::new(&slab, bins(&slab))?, CenterOfMass::new()));
+        let mut observers = Every::new(
+            5,
+            (EquationOfStateProfile::new(&slab, Bins::count(bins(&slab)))?, CenterOfMass::new()),
+        );
         replicas::in_chunks(arguments.sweeps, &interrupt, &progress, |sweeps| {
             simulation.run(sweeps, &mut observers)
         })?;
@@ -178,7 +180,7 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         .lid(slab.height())
         .column_density(scene.column_density())?;
     let flow = Flow { wanted: eta, depth: arguments.depth, temperature, theory, isothermal };
-    let mut pooled = EquationOfStateProfile::new(&slab, bins(&slab))?;
+    let mut pooled = EquationOfStateProfile::new(&slab, Bins::count(bins(&slab)))?;
     for replica in &measured {
         pooled.merge(&replica.profile)?;
     }

@@ -5,7 +5,7 @@ use super::protocol::{Family, HEIGHT, Side, Task};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::LocalMoves;
 use gradient_mc::observers::{
-    CenterOfMass, DensityProfile, DisplacementProfile, EquationOfStateProfile, RadialDistribution,
+    Bins, CenterOfMass, DensityProfile, DisplacementProfile, EquationOfStateProfile, RadialDistribution,
 };
 use gradient_mc::start::{ClosePacked, Positions, RandomInsertion};
 use gradient_mc::temperature::Isothermal;
@@ -72,7 +72,7 @@ impl Layers {
 }
 
 fn base(slab: &Slab, [low, high]: [f64; 2], width: f64) -> Result<DensityProfile, Failure> {
-    Ok(DensityProfile::with_range(slab, low, high, bins(high - low, width))?)
+    Ok(DensityProfile::new(slab, Bins::count(bins(high - low, width)).from(low).to(high))?)
 }
 
 impl Column {
@@ -112,7 +112,10 @@ pub(crate) fn simulate(task: Task, interrupt: &Interrupt, progress: &Progress) -
     let mut center_of_mass = Every::new(task.interval, CenterOfMass::new());
     let mut profile = Every::new(
         task.interval,
-        EquationOfStateProfile::with_range(&slab, 0.5, HEIGHT - 0.5, bins(HEIGHT - 1.0, BIN_WIDTH))?,
+        EquationOfStateProfile::new(
+            &slab,
+            Bins::count(bins(HEIGHT - 1.0, BIN_WIDTH)).from(0.5).to(HEIGHT - 0.5),
+        )?,
     );
     let mut by_own_moves = Every::new(task.interval, base(&slab, BASE_RANGE, layers::BIN_WIDTH)?);
     let hidden = Progress::hidden();
@@ -144,7 +147,10 @@ pub(crate) fn simulate(task: Task, interrupt: &Interrupt, progress: &Progress) -
         let mut simulation = builder.start(start).build()?;
         let mut mobility = Every::new(
             task.interval,
-            DisplacementProfile::with_range(&slab, 0.5, HEIGHT - 0.5, bins(HEIGHT - 1.0, BIN_WIDTH))?,
+            DisplacementProfile::new(
+                &slab,
+                Bins::count(bins(HEIGHT - 1.0, BIN_WIDTH)).from(0.5).to(HEIGHT - 0.5),
+            )?,
         );
         in_chunks(task.mobility, interrupt, &hidden, |sweeps| {
             progress.advance(sweeps * task.particles() as u64);

@@ -5,10 +5,10 @@ use gradient_mc::drive::{
     Adaptation, AveragedThenFrozen, Certificate, EquationOfStateClosure, Instantaneous, MappedDrive,
     RunningAverage, Scheme, SelfConsistent,
 };
-use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
+use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
-use gradient_mc::observers::{CenterOfMass, EquationOfStateProfile};
+use gradient_mc::observers::{Bins, CenterOfMass, EquationOfStateProfile};
 use gradient_mc::start::{ClosePacked, Positions, RandomInsertion, Start};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::ExponentialTemperature;
@@ -215,7 +215,7 @@ impl Setup {
         let profile = |bin: f64| {
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
             let bins = (top / bin).round() as usize;
-            EquationOfStateProfile::with_range(&slab, 0.0, top, bins)
+            EquationOfStateProfile::new(&slab, Bins::count(bins).from(0.0).to(top))
         };
         let [first, second, third] = MEASURING_BINS;
         let profiles = (profile(first)?, profile(second)?, profile(third)?);
@@ -241,7 +241,7 @@ impl Setup {
 
 /// Means over the bands of P over those of n T Z.
 fn bands(profile: &EquationOfStateProfile) -> Result<Vec<Band>, Failure> {
-    let deviations = profile.deviations_over(&BANDS, |eta| ModifiedKolafa.compressibility_factor(eta))?;
+    let deviations = profile.deviations_over(&BANDS, &ModifiedKolafa)?;
     let bands = BANDS.iter().zip(deviations);
     Ok(bands.map(|(&[low, high], deviation)| Band { height: f64::midpoint(low, high), deviation }).collect())
 }

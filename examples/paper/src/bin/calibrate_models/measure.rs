@@ -4,7 +4,7 @@ use crate::cpu_seconds;
 use crate::reference::{Effort, Reference};
 use gradient_mc::equation_of_state::{ModifiedKolafa, packing_fraction};
 use gradient_mc::model::{IdealColumn, MonteCarloPlan, MoveFamily, densities, total_variation_distance};
-use gradient_mc::{Error, HydrostaticProfile, Hydrostatics};
+use gradient_mc::{Error, HydrostaticProfile};
 use paper::Failure;
 use paper::calibration::data::{Base, ColumnRow, Plan, Seeds};
 use paper::calibration::scenes::{Column, Parameters};
@@ -67,8 +67,7 @@ fn one(first_seed: u64, index: usize, parameters: Parameters) -> Result<Measured
 }
 
 fn theory(scene: &Column) -> Result<HydrostaticProfile, Error> {
-    Hydrostatics::new(scene.field(), scene.temperature(), ModifiedKolafa)
-        .between_walls(scene.slab(), scene.column_density())
+    scene.hydrostatics(&ModifiedKolafa)
 }
 
 /// The median CPU time of some work.

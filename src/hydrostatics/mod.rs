@@ -128,7 +128,8 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
         };
         let with_walls =
             |base: f64, lid: f64| self.clone().base(base).lid(slab.height() - lid).column_density(spheres);
-        let near = with_walls(0.25, 0.25)?;
+        // A box so full that this leaves no room for its fluid may still be wide enough for it.
+        let near = with_walls(0.25, 0.25).or_else(|_| with_walls(0.0, 0.0))?;
         let at_lid = near.packing_fraction(near.top());
         // One step is enough: a base that is off by 0.1 changes the packing fraction there by some thousandths.
         with_walls(beginning(near.base_packing_fraction()), beginning(at_lid))

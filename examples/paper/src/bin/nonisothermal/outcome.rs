@@ -3,13 +3,13 @@
 use super::column::Column;
 use super::maximum::{self, Maximum};
 use super::rows::{self, Row, rows};
-use super::run::{BIN, Measured, Side};
+use super::run::{BIN, Measured};
 use gradient_mc::Merge;
 use gradient_mc::drive::Certificate;
 use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::observers::{BinState, CenterOfMass, DisplacementPoint};
 use gradient_mc::statistics::Estimate;
-use paper::{Failure, warnings};
+use paper::{Failure, Side, warnings};
 
 /// What the certificates tolerate.
 const TOLERANCE: f64 = 0.02;

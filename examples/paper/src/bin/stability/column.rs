@@ -1,6 +1,6 @@
 //! A column and what is measured in it.
 
-use crate::map::Findings;
+use crate::map::{Findings, Trial};
 use crate::said;
 use crate::verdict::Quantity;
 use gradient_mc::drive::Drive;
@@ -17,10 +17,7 @@ pub(crate) struct Length {
 
 /// Number of spheres that makes `column_density` over a square base.
 pub(crate) fn particles(column_density: f64, width: f64) -> usize {
-    // Some thousands.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let particles = (column_density * width * width).round() as usize;
-    particles.max(1)
+    paper::study::count(column_density * width * width).max(1)
 }
 
 /// A scene over a square base.
@@ -58,6 +55,7 @@ const CONTACT_BINS: usize = 10;
 pub(crate) fn run<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
     mut simulation: Simulation<F, T, D>,
     length: Length,
+    trial: Trial,
 ) -> Result<Run, Error> {
     let slab = *simulation.scene().slab();
     let heights = simulation.frame().heights();
@@ -72,12 +70,11 @@ pub(crate) fn run<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
     )?;
     // Half a diameter, up to where at most some hundred bins reach.
     let top = slab.height().min(100.0).floor();
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let bins = (2.0 * top) as usize;
-    let profile = EquationOfStateProfile::new(&slab, Bins::count(bins).from(0.0).to(top))?;
+    let profile =
+        EquationOfStateProfile::new(&slab, Bins::count(paper::study::count(2.0 * top)).from(0.0).to(top))?;
     let mut observers = Every::new(2, (CenterOfMass::new(), contact, profile));
-    simulation.equilibrate(length.equilibration, &mut ())?;
-    simulation.run(length.sweeps, &mut observers)?;
+    simulation.equilibrate(trial.sweeps(length.equilibration), &mut ())?;
+    simulation.run(trial.sweeps(length.sweeps), &mut observers)?;
     let (center_of_mass, contact, profile) = observers.observer;
     let acceptance = simulation.move_counts().acceptance();
     let remark = if acceptance.is_nan() { String::new() } else { format!("acceptance {acceptance:.4}") };

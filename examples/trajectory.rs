@@ -1,6 +1,6 @@
 //! A column that falls, as a trajectory for OVITO: `cargo run --release --example trajectory`.
 //!
-//! Writes out/trajectory/column.xyz, or the file that is named as an argument.
+//! Writes `out/trajectory/column.xyz`, or the file that is named as an argument.
 
 use gradient_mc::field::UniformField;
 use gradient_mc::observers::ExtendedXyz;

@@ -89,8 +89,7 @@ impl Run {
         quantity.truth_error = uncertainty / truth;
         quantity.start = Some(self.first_center / truth - 1.0);
         let drift = self.center_of_mass.drift()?;
-        quantity.drift =
-            Some(gradient_mc::statistics::Estimate::new(drift.mean / truth, drift.standard_error / truth));
+        quantity.drift = Some(drift / truth);
         Ok(quantity)
     }
 

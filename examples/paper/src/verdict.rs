@@ -89,6 +89,11 @@ impl Verdicts {
         self.between(figure, claim, measured, expected - reach, expected + reach);
     }
 
+    /// Claims that something is so.
+    pub fn is_so(&mut self, figure: &str, claim: &str, so: bool) {
+        self.at_least(figure, claim, Estimate::new(f64::from(u8::from(so)), 0.0), 1.0);
+    }
+
     pub fn iter(&self) -> impl Iterator<Item = &Verdict> {
         self.0.iter()
     }

@@ -2,7 +2,7 @@
 
 use super::protocol::{Protocol, StartChoice};
 use gradient_mc::drive::{Drive, ForceBalance, Scheme};
-use gradient_mc::observers::{CenterOfMass, EquationOfStateProfile};
+use gradient_mc::observers::{Bins, CenterOfMass, EquationOfStateProfile};
 use gradient_mc::{Every, Field, MoveCounts, Scene, Simulation, TemperatureProfile, Warning, start};
 use paper::Failure;
 use paper::clock::cpu_seconds;
@@ -69,7 +69,7 @@ fn measure<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
     let mut profiles = Vec::new();
     let mut measured = 0;
     for &sweeps in &protocol.intervals {
-        let profile = EquationOfStateProfile::new(simulation.scene().slab(), protocol.bins())?;
+        let profile = EquationOfStateProfile::new(simulation.scene().slab(), Bins::count(protocol.bins()))?;
         let mut profile = Every::new(OBSERVATION_INTERVAL, profile);
         let done = in_chunks(sweeps, interrupt, progress, |sweeps| {
             simulation.run(sweeps, &mut (&mut profile, &mut center_of_mass))

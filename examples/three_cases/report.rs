@@ -8,7 +8,7 @@ use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa, packing_f
 use gradient_mc::hydrostatics::Hydrostatics;
 use gradient_mc::observers::{CenterOfMass, EquationOfStateProfile};
 use gradient_mc::statistics::{Estimate, deviations};
-use gradient_mc::{EquationOfState, MoveCounts};
+use gradient_mc::{Merge, MoveCounts};
 use paper::Failure;
 use paper::output::write_csv;
 use paper::row;
@@ -150,10 +150,8 @@ impl Report {
         let theory = Hydrostatics::new(&field, &temperature, &CarnahanStarling)
             .lid(Protocol::HEIGHT)
             .column_density(Protocol::COLUMN_DENSITY)?;
-        let against_carnahan_starling =
-            pooled.deviations_from(|eta| CarnahanStarling.compressibility_factor(eta))?;
-        let against_modified_kolafa =
-            pooled.deviations_from(|eta| ModifiedKolafa.compressibility_factor(eta))?;
+        let against_carnahan_starling = pooled.deviations_from(&CarnahanStarling)?;
+        let against_modified_kolafa = pooled.deviations_from(&ModifiedKolafa)?;
         let bins: Vec<Bin> = pooled
             .points()?
             .iter()

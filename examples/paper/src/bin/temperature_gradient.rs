@@ -9,14 +9,14 @@
 //! `--full` goes on until errors are below a quarter of a per cent.
 
 use gradient_mc::drive::{Certificate, ForceBalance, SelfConsistent};
-use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
+use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves};
-use gradient_mc::observers::EquationOfStateProfile;
+use gradient_mc::observers::{Bins, EquationOfStateProfile};
 use gradient_mc::start::{ClosePacked, RandomInsertion};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::ExponentialTemperature;
-use gradient_mc::{Every, HydrostaticProfile, Hydrostatics, Scene, Simulation, Slab, Warning};
+use gradient_mc::{Every, HydrostaticProfile, Hydrostatics, Merge, Scene, Simulation, Slab, Warning};
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use paper::row;
 use paper::study::{self, count};
@@ -93,7 +93,8 @@ fn replica(
     };
     watch.sweeps(sweeps, 1, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
     let bins = 4 * 399;
-    let mut profile = Every::new(5, EquationOfStateProfile::with_range(&slab, 0.5, HEIGHT - 0.5, bins)?);
+    let mut profile =
+        Every::new(5, EquationOfStateProfile::new(&slab, Bins::count(bins).from(0.5).to(HEIGHT - 0.5))?);
     watch.sweeps(sweeps, 1, |sweeps| simulation.run(sweeps, &mut profile))?;
     let balance = simulation.force_balance().ok_or("there is a field to be judged")?.clone();
     Ok((profile.observer, balance, simulation.warnings()))
@@ -140,8 +141,7 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
             .between_walls(&slab()?, COLUMN_DENSITY)?;
         let edges = edges(&theory);
         let groups = groups::ranges_between(&edges);
-        let deviations =
-            profile.deviations_over(&groups, |eta| ModifiedKolafa.compressibility_factor(eta))?;
+        let deviations = profile.deviations_over(&groups, &ModifiedKolafa)?;
         let certificate = balance.certificate(TOLERANCE)?;
         let warnings = warnings::lines(replicas.iter().map(|(.., warnings)| &warnings[..]));
         outcomes.push(Outcome { decay_rate, edges, deviations, certificate, warnings });

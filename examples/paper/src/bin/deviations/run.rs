@@ -4,7 +4,7 @@ use super::case::{COLUMN_DENSITY, Case};
 use gradient_mc::drive::{Drive, EquationOfStateClosure, Instantaneous, SelfConsistent};
 use gradient_mc::field::ExponentialField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
-use gradient_mc::observers::EquationOfStateProfile;
+use gradient_mc::observers::{Bins, EquationOfStateProfile};
 use gradient_mc::start::{ClosePacked, Positions, RandomInsertion};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{Every, Scene, Simulation, TemperatureProfile, Vector3, Warning};
@@ -188,7 +188,7 @@ impl Run {
     fn profile(&self) -> Result<EquationOfStateProfile, Failure> {
         let bins = count((self.case.highest() + 10.0) / BIN);
         let top = 0.5 + bins as f64 * BIN;
-        Ok(EquationOfStateProfile::with_range(&self.case.slab, 0.5, top, bins)?)
+        Ok(EquationOfStateProfile::new(&self.case.slab, Bins::count(bins).from(0.5).to(top))?)
     }
 
     /// In words.

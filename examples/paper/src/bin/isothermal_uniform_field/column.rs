@@ -5,7 +5,7 @@ use super::protocol::{Family, HEIGHT, Task};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::LocalMoves;
 use gradient_mc::observers::{
-    CenterOfMass, DensityProfile, DisplacementProfile, EquationOfStateProfile, RadialDistribution,
+    Bins, CenterOfMass, DensityProfile, DisplacementProfile, EquationOfStateProfile, RadialDistribution,
 };
 use gradient_mc::start::{ClosePacked, Positions, RandomInsertion};
 use gradient_mc::temperature::Isothermal;
@@ -70,7 +70,7 @@ impl Layers {
 }
 
 fn base(slab: &Slab, [low, high]: [f64; 2], width: f64) -> Result<DensityProfile, Failure> {
-    Ok(DensityProfile::with_range(slab, low, high, count((high - low) / width))?)
+    Ok(DensityProfile::new(slab, Bins::count(count((high - low) / width)).from(low).to(high))?)
 }
 
 impl Column {
@@ -103,7 +103,10 @@ pub(crate) fn simulate(task: Task, watch: &Watch<'_>) -> Result<Column, Failure>
     let mut center_of_mass = Every::new(task.interval, CenterOfMass::new());
     let mut profile = Every::new(
         task.interval,
-        EquationOfStateProfile::with_range(&slab, 0.5, HEIGHT - 0.5, count((HEIGHT - 1.0) / BIN_WIDTH))?,
+        EquationOfStateProfile::new(
+            &slab,
+            Bins::count(count((HEIGHT - 1.0) / BIN_WIDTH)).from(0.5).to(HEIGHT - 0.5),
+        )?,
     );
     let mut by_own_moves = Every::new(task.interval, base(&slab, BASE_RANGE, layers::BIN_WIDTH)?);
     let (cost, particles) = (task.cost_of_sweep(), task.particles() as u64);
@@ -130,7 +133,10 @@ pub(crate) fn simulate(task: Task, watch: &Watch<'_>) -> Result<Column, Failure>
         let mut simulation = builder.start(start).build()?;
         let mut mobility = Every::new(
             task.interval,
-            DisplacementProfile::with_range(&slab, 0.5, HEIGHT - 0.5, count((HEIGHT - 1.0) / BIN_WIDTH))?,
+            DisplacementProfile::new(
+                &slab,
+                Bins::count(count((HEIGHT - 1.0) / BIN_WIDTH)).from(0.5).to(HEIGHT - 0.5),
+            )?,
         );
         watch.sweeps(task.mobility, particles, |sweeps| simulation.run(sweeps, &mut mobility))?;
         Some(mobility.observer)

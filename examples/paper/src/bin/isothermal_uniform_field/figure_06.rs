@@ -110,9 +110,8 @@ fn in_groups(state: &State<'_>) -> Result<Vec<Group>, Failure> {
     let theory = &state.theory.kolafa;
     let highest = height_of(state, DILUTE);
     let ranges = ranges_between(&edges_of_equal_numbers(theory, [BULK_BEGINS, highest], GROUPS));
-    let carnahan_starling =
-        state.profile.deviations_over(&ranges, |eta| CarnahanStarling.compressibility_factor(eta))?;
-    let kolafa = state.profile.deviations_over(&ranges, |eta| ModifiedKolafa.compressibility_factor(eta))?;
+    let carnahan_starling = state.profile.deviations_over(&ranges, &CarnahanStarling)?;
+    let kolafa = state.profile.deviations_over(&ranges, &ModifiedKolafa)?;
     let rows = ranges.iter().zip(carnahan_starling.into_iter().zip(kolafa));
     Ok(rows
         .map(|([low, high], (from_carnahan_starling, from_kolafa))| Group {

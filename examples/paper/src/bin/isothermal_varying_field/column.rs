@@ -4,10 +4,10 @@ use super::protocol::{Base, Protocol, Stage};
 use gradient_mc::equation_of_state::EquationOfState;
 use gradient_mc::field::ExponentialField;
 use gradient_mc::hydrostatics::{HydrostaticProfile, Hydrostatics};
-use gradient_mc::observers::{CenterOfMass, DisplacementProfile, EquationOfStateProfile};
+use gradient_mc::observers::{Bins, CenterOfMass, DisplacementProfile, EquationOfStateProfile};
 use gradient_mc::start::{Positions, RandomInsertion, Start};
 use gradient_mc::temperature::Isothermal;
-use gradient_mc::{Error, Every, Scene, Simulation, Vector3, Warning};
+use gradient_mc::{Error, Every, Merge, Scene, Simulation, Vector3, Warning};
 use paper::clock::cpu_seconds;
 use paper::study::count;
 use paper::{Failure, Watch};
@@ -69,7 +69,7 @@ impl Column {
         let mut profiles = Vec::new();
         for &sweeps in &stage.intervals {
             let slab = *simulation.scene().slab();
-            let profile = EquationOfStateProfile::new(&slab, count(Protocol::HEIGHT / BIN))?;
+            let profile = EquationOfStateProfile::new(&slab, Bins::count(count(Protocol::HEIGHT / BIN)))?;
             let mut profile = Every::new(stage.interval, profile);
             watch.sweeps(sweeps, 1, |sweeps| {
                 simulation.run(sweeps, &mut (&mut center_of_mass, &mut profile))
@@ -101,7 +101,7 @@ impl Column {
             .moves(Protocol::local_moves(self.rate, &slab)?)
             .seed(seed)
             .build()?;
-        let profile = DisplacementProfile::with_range(&slab, 0.5, 100.5, 100)?;
+        let profile = DisplacementProfile::new(&slab, Bins::count(100).from(0.5).to(100.5))?;
         let mut profile = Every::new(INTERVAL, profile);
         simulation.equilibrate(SWEEPS[0], &mut ())?;
         simulation.run(SWEEPS[1], &mut profile)?;

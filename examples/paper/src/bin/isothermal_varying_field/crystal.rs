@@ -5,7 +5,7 @@ use super::front::{self, Crossing};
 use super::protocol::{Base, Protocol};
 use gradient_mc::field::ExponentialField;
 use gradient_mc::observers::{
-    CenterOfMass, DensityProfile, DisplacementProfile, EquationOfStateProfile, Layer, NeighborAngles,
+    Bins, CenterOfMass, DensityProfile, DisplacementProfile, EquationOfStateProfile, Layer, NeighborAngles,
     RadialDistribution, StructureProfile,
 };
 use gradient_mc::start::{Positions, RandomInsertion};
@@ -144,7 +144,7 @@ fn watch_growth(
 }
 
 fn fine_profile(slab: &Slab) -> Result<DensityProfile, Failure> {
-    Ok(DensityProfile::with_range(slab, 0.5, TOP, count((TOP - 0.5) / FINE_BIN))?)
+    Ok(DensityProfile::new(slab, Bins::count(count((TOP - 0.5) / FINE_BIN)).from(0.5).to(TOP))?)
 }
 
 /// The layers from the base up that count as crystalline.
@@ -178,9 +178,10 @@ fn measure(
     let bins = count(Protocol::HEIGHT / BIN);
     let mut center_of_mass = Every::new(interval, CenterOfMass::new());
     let mut profiles =
-        Every::new(interval, (fine_profile(&slab)?, EquationOfStateProfile::new(&slab, bins)?));
+        Every::new(interval, (fine_profile(&slab)?, EquationOfStateProfile::new(&slab, Bins::count(bins))?));
     let mut first_layer = Every::new(4 * interval, RadialDistribution::new(&slab, 0.5, 0.9, 100)?);
-    let mut structure = Every::new(4 * interval, StructureProfile::with_range(&slab, 0.5, 40.5, 40)?);
+    let mut structure =
+        Every::new(4 * interval, StructureProfile::new(&slab, Bins::count(40).from(0.5).to(40.5))?);
     let left = sweeps - sweeps / 4;
     watch.sweeps(left, 1, |sweeps| {
         let mut angles: Vec<&mut NeighborAngles> = angles.iter_mut().map(|(_, angles)| angles).collect();

@@ -43,8 +43,8 @@ fn bands(profile: &EquationOfStateProfile, begin: f64, end: f64, width: f64) -> 
         values.extend(means_over(states, &ranges, |state| state.pressure / temperature));
         values
     })?;
-    let starling = profile.deviations_over(&ranges, |eta| CarnahanStarling.compressibility_factor(eta))?;
-    let kolafa = profile.deviations_over(&ranges, |eta| ModifiedKolafa.compressibility_factor(eta))?;
+    let starling = profile.deviations_over(&ranges, &CarnahanStarling)?;
+    let kolafa = profile.deviations_over(&ranges, &ModifiedKolafa)?;
     let bands = ranges.iter().enumerate().map(|(index, range)| Band {
         height: f64::midpoint(range[0], range[1]),
         packing_fraction: gradient_mc::equation_of_state::packing_fraction(values[index].mean),
@@ -148,7 +148,7 @@ pub(crate) fn draw(results: &Results, report: &mut Report) -> Result<(), Failure
 pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Failure> {
     for fluid in &results.fluids {
         let ranges = wide_ranges(fluid);
-        let off = fluid.profile.deviations_over(&ranges, |eta| ModifiedKolafa.compressibility_factor(eta))?;
+        let off = fluid.profile.deviations_over(&ranges, &ModifiedKolafa)?;
         let percent = off.iter().map(|off| Estimate::new(100.0 * off.mean, 100.0 * off.standard_error));
         let off = farthest_from_zero(percent.clone());
         let claim =

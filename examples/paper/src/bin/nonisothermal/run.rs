@@ -3,9 +3,9 @@
 use super::column::{Column, HEIGHT};
 use gradient_mc::drive::{EquationOfStateClosure, ForceBalance, Instantaneous, SelfConsistent};
 use gradient_mc::moves::{EventChains, LocalMoves};
-use gradient_mc::observers::{CenterOfMass, DisplacementProfile, EquationOfStateProfile};
+use gradient_mc::observers::{Bins, CenterOfMass, DisplacementProfile, EquationOfStateProfile};
 use gradient_mc::start::{ClosePacked, Positions, RandomInsertion};
-use gradient_mc::{Every, Simulation, Slab, Warning};
+use gradient_mc::{Every, Merge, Simulation, Slab, Warning};
 use paper::study::count;
 use paper::{Failure, Side, Watch};
 
@@ -155,10 +155,13 @@ impl Run<'_> {
 
 /// From the lowest center to the highest.
 fn profile(slab: &Slab) -> Result<EquationOfStateProfile, Failure> {
-    Ok(EquationOfStateProfile::with_range(slab, 0.5, HEIGHT - 0.5, count((HEIGHT - 1.0) / BIN))?)
+    Ok(EquationOfStateProfile::new(
+        slab,
+        Bins::count(count((HEIGHT - 1.0) / BIN)).from(0.5).to(HEIGHT - 0.5),
+    )?)
 }
 
 /// In bins of a diameter.
 fn mobility(slab: &Slab) -> Result<DisplacementProfile, Failure> {
-    Ok(DisplacementProfile::with_range(slab, 0.5, HEIGHT - 0.5, 399)?)
+    Ok(DisplacementProfile::new(slab, Bins::count(399).from(0.5).to(HEIGHT - 0.5))?)
 }

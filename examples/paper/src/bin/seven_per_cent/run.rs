@@ -4,10 +4,10 @@ use gradient_mc::drive::{
     Adaptation, AveragedThenFrozen, Certificate, EquationOfStateClosure, Instantaneous, MappedDrive,
     RunningAverage, Scheme, SelfConsistent,
 };
-use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
+use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
-use gradient_mc::observers::{CenterOfMass, EquationOfStateProfile};
+use gradient_mc::observers::{Bins, CenterOfMass, EquationOfStateProfile};
 use gradient_mc::start::{ClosePacked, Positions, RandomInsertion, Start};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::ExponentialTemperature;
@@ -188,7 +188,8 @@ impl Setup {
         watch.sweeps(self.equilibration, size, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
         // Well above what any sphere reaches.
         let top = 80.0;
-        let profile = |bin: f64| EquationOfStateProfile::with_range(&slab, 0.0, top, count(top / bin));
+        let profile =
+            |bin: f64| EquationOfStateProfile::new(&slab, Bins::count(count(top / bin)).from(0.0).to(top));
         let [first, second, third] = MEASURING_BINS;
         let profiles = (profile(first)?, profile(second)?, profile(third)?);
         let mut observers = Every::new(5, (profiles, CenterOfMass::new()));
@@ -207,7 +208,7 @@ impl Setup {
 
 /// Means over the bands of P over those of n T Z.
 fn bands(profile: &EquationOfStateProfile) -> Result<Vec<Band>, Failure> {
-    let deviations = profile.deviations_over(&BANDS, |eta| ModifiedKolafa.compressibility_factor(eta))?;
+    let deviations = profile.deviations_over(&BANDS, &ModifiedKolafa)?;
     let bands = BANDS.iter().zip(deviations);
     Ok(bands.map(|(&[low, high], deviation)| Band { height: f64::midpoint(low, high), deviation }).collect())
 }

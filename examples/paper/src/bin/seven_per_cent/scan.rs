@@ -3,10 +3,10 @@
 use super::prediction::{Prediction, part_outside};
 use super::run::Column;
 use gradient_mc::drive::Instantaneous;
-use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
+use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::LocalMoves;
-use gradient_mc::observers::EquationOfStateProfile;
+use gradient_mc::observers::{Bins, EquationOfStateProfile};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::ExponentialTemperature;
 use gradient_mc::{Every, Scene, Simulation, Slab};
@@ -76,12 +76,11 @@ impl Scan {
         let builder = Simulation::builder(scene).scheme(Instantaneous::new(self.bin)).moves(moves);
         let mut simulation = builder.seed(self.seed).build()?;
         simulation.equilibrate(self.sweeps / 5, &mut ())?;
-        let profile = EquationOfStateProfile::with_range(&slab, 0.5, 20.5, 200)?;
+        let profile = EquationOfStateProfile::new(&slab, Bins::count(200).from(0.5).to(20.5))?;
         let mut profile = Every::new(5, profile);
         let size = Self::particles() as u64;
         watch.sweeps(self.sweeps, size, |sweeps| simulation.run(sweeps, &mut profile))?;
-        let deviation =
-            profile.observer.deviations_over(&[RANGE], |eta| ModifiedKolafa.compressibility_factor(eta))?;
+        let deviation = profile.observer.deviations_over(&[RANGE], &ModifiedKolafa)?;
         Ok(deviation[0])
     }
 }

@@ -4,10 +4,10 @@ use crate::column::{self, theory};
 use crate::map::{Findings, Map, Trial};
 use crate::said::{self, Said};
 use crate::verdict::Quantity;
-use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
+use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::EventChains;
-use gradient_mc::observers::{DensityProfile, EquationOfStateProfile};
+use gradient_mc::observers::{Bins, DensityProfile, EquationOfStateProfile};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Every, Simulation};
@@ -67,7 +67,7 @@ fn share(deviations: impl ExactSizeIterator<Item = Estimate>) -> Quantity {
 fn density(width: f64, trial: Trial) -> Result<Findings, Failure> {
     let (top, bins) = count(TOP, width);
     let (profile, theory, mut said) =
-        observe(|slab| DensityProfile::with_range(slab, LOWEST, top, bins), trial)?;
+        observe(|slab| DensityProfile::new(slab, Bins::count(bins).from(LOWEST).to(top)), trial)?;
     said.extend(Said::warnings(&profile.warnings()));
     let points = profile.points()?;
     let deviations = points.iter().map(|point| {
@@ -83,9 +83,9 @@ fn density(width: f64, trial: Trial) -> Result<Findings, Failure> {
 fn equation_of_state(width: f64, trial: Trial) -> Result<Findings, Failure> {
     let (top, bins) = count(TOP, width);
     let (profile, _, mut said) =
-        observe(|slab| EquationOfStateProfile::with_range(slab, LOWEST, top, bins), trial)?;
+        observe(|slab| EquationOfStateProfile::new(slab, Bins::count(bins).from(LOWEST).to(top)), trial)?;
     said.extend(Said::warnings(&profile.warnings()));
-    let points = profile.deviations_from(|eta| ModifiedKolafa.compressibility_factor(eta))?;
+    let points = profile.deviations_from(&ModifiedKolafa)?;
     let deviations = points.iter().map(|point| point.deviation);
     Ok(Findings { quantities: vec![share(deviations)], said, ..Findings::default() })
 }

@@ -2,30 +2,31 @@
 
 use crate::configuration::Configuration;
 use crate::diagnostics::Case;
-use crate::drive::{
-    Adaptation, Certificate, ClosedForm, Drive, ForceBalance, IsothermalDrive, MappedDrive, Phase, Scheme,
-};
+use crate::drive::{Automatic, Certificate, Drive, ForceBalance, Phase, Scheme};
 use crate::monitor::{Both, Monitor};
-use crate::moves::{Engine, LocalMoves, Moves, Sweep, TunedDisplacements};
+use crate::moves::{Engine, Moves, Sweep, TunedDisplacements};
 use crate::observer::{Frame, MoveCounts, Observer, Recorder};
 use crate::random::Generator;
 use crate::start::{Start, Theory};
 use crate::{Centers, Error, Field, Scene, TemperatureProfile, Warning};
 use nalgebra::Vector3;
 use rand::SeedableRng;
+use std::fmt;
+use std::sync::Arc;
 
 /// Gradient Monte Carlo of hard spheres in a field `F` and a temperature profile `T`.
 ///
-/// The third parameter is how a temperature that varies enters (see [`drive`](crate::drive)); isothermal
-/// scenes leave it out, and hold nothing for it. The three systems of
-/// doi:10.1103/PhysRevE.83.061306 are
+/// The three systems of doi:10.1103/PhysRevE.83.061306 are
 ///
 /// ```
-/// use gradient_mc::{Simulation, drive::SelfConsistentDrive, field::*, temperature::*};
+/// use gradient_mc::{Simulation, field::*, temperature::*};
 /// type UniformTemperatureAndField = Simulation<UniformField, Isothermal>;
 /// type VaryingField = Simulation<ExponentialField, Isothermal>;
-/// type VaryingTemperature = Simulation<UniformField, ExponentialTemperature, SelfConsistentDrive>;
+/// type VaryingTemperature = Simulation<UniformField, ExponentialTemperature>;
 /// ```
+///
+/// The third parameter is the scheme by which a temperature that varies enters (see [`drive`](crate::drive)). It may be
+/// left out: [`Automatic`] suits any temperature, and isothermal scenes hold nothing for those that vary.
 ///
 /// A run has two phases. [`equilibrate`](Self::equilibrate) lets the drive adapt;
 /// [`run`](Self::run) measures, with whatever the drive froze. Observers look after every sweep.
@@ -42,10 +43,9 @@ use rand::SeedableRng;
 /// println!("center of mass: {}", center_of_mass.estimate()?);
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```
-#[derive(Debug, Clone)]
-pub struct Simulation<F, T, D = IsothermalDrive> {
+pub struct Simulation<F, T, S: Scheme<F, T> = Automatic> {
     scene: Scene<F, T>,
-    drive: D,
+    drive: S::Drive,
     engine: Engine,
     configuration: Configuration,
     generator: Generator,
@@ -55,48 +55,41 @@ pub struct Simulation<F, T, D = IsothermalDrive> {
     monitor: Monitor,
 }
 
-/// Collects the choices that make a [`Simulation`].
-#[derive(Debug, Clone)]
-pub struct SimulationBuilder<F, T, S = ClosedForm, P = Theory> {
+/// Collects the choices that make a [`Simulation`]: a scheme, a start, moves and a seed, in any order.
+#[derive(Clone)]
+pub struct SimulationBuilder<F, T, S = Automatic> {
     scene: Scene<F, T>,
     scheme: S,
-    start: P,
-    moves: Moves,
+    start: Arc<dyn Start>,
+    moves: Option<Moves>,
     seed: u64,
 }
 
-impl<F, T> Simulation<F, T> {
-    /// Describes a simulation of `scene`: closed-form drive, theory start, displacements up to 0.75
-    /// diameters and seed 0, until told otherwise.
+impl<F: Field, T: TemperatureProfile> Simulation<F, T> {
+    /// Describes a simulation of `scene`: the [`Automatic`] scheme, a start at the theory profile, [`Moves::default`] and
+    /// seed 0, until told otherwise.
     pub fn builder(scene: Scene<F, T>) -> SimulationBuilder<F, T> {
-        let moves = LocalMoves::unchecked(0.75).into();
-        SimulationBuilder { scene, scheme: ClosedForm, start: Theory, moves, seed: 0 }
+        SimulationBuilder { scene, scheme: Automatic, start: Arc::new(Theory), moves: None, seed: 0 }
     }
 }
 
-impl<F, T, S, P> SimulationBuilder<F, T, S, P> {
+impl<F: Field, T: TemperatureProfile, S> SimulationBuilder<F, T, S> {
     /// How a temperature that varies enters; see [`drive`](crate::drive) for the choices.
-    pub fn scheme<R>(self, scheme: R) -> SimulationBuilder<F, T, R, P> {
+    pub fn scheme<R: Scheme<F, T>>(self, scheme: R) -> SimulationBuilder<F, T, R> {
         let Self { scene, start, moves, seed, .. } = self;
         SimulationBuilder { scene, scheme, start, moves, seed }
     }
 
     /// Where the spheres are at first; see [`start`](crate::start) for the choices.
-    pub fn start<Q: Start>(self, start: Q) -> SimulationBuilder<F, T, S, Q> {
-        let Self { scene, scheme, moves, seed, .. } = self;
-        SimulationBuilder { scene, scheme, start, moves, seed }
+    #[must_use]
+    pub fn start(self, start: impl Start + 'static) -> Self {
+        Self { start: Arc::new(start), ..self }
     }
 
     /// What sweeps consist of; see [`moves`](crate::moves) for the choices.
     #[must_use]
     pub fn moves(self, moves: impl Into<Moves>) -> Self {
-        Self { moves: moves.into(), ..self }
-    }
-
-    /// Local moves with displacements of at most S along each axis, in diameters.
-    #[must_use]
-    pub fn maximum_displacement(self, maximum_displacement: f64) -> Self {
-        self.moves(LocalMoves::unchecked(maximum_displacement))
+        Self { moves: Some(moves.into()), ..self }
     }
 
     /// Seed of the [`Generator`]: the same seed gives the same run on every machine.
@@ -108,25 +101,20 @@ impl<F, T, S, P> SimulationBuilder<F, T, S, P> {
     /// Makes the drive, places the spheres and checks them.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for the displacement; what the scheme and the start return;
-    /// [`Error::OutsideSlab`] and [`Error::Overlap`] with the indices of the spheres;
-    /// [`Error::WrongParticleCount`] if the start does not place as many as the scene has.
-    pub fn build(self) -> Result<Simulation<F, T, S::Drive>, Error>
+    /// [`Error::InvalidParameter`] for displacements that are too large for the slab, [`Error::UnsuitableMoves`] for moves
+    /// that the scheme does not take; what scheme and start return; [`Error::OutsideSlab`] and [`Error::Overlap`] with the
+    /// indices of the spheres; [`Error::WrongParticleCount`] if the start does not place as many as the scene has.
+    pub fn build(self) -> Result<Simulation<F, T, S>, Error>
     where
-        F: Field,
-        T: TemperatureProfile,
         S: Scheme<F, T>,
-        P: Start,
     {
         let Self { scene, scheme, start, moves, seed } = self;
-        match moves {
-            Moves::Local(moves) => moves.check(scene.slab())?,
-            Moves::EventChains(chains) => chains.check(scene.slab())?,
-        }
+        let moves = Moves::chosen(moves, scheme.depends_on_moves())?;
+        moves.check(scene.slab())?;
         let drive = scheme.drive(&scene)?;
         let mut generator = Generator::seed_from_u64(seed);
         let positions: Vec<[f64; 3]> =
-            start.place(&scene, &mut generator)?.into_iter().map(Into::into).collect();
+            start.place(&scene.as_any(), &mut generator)?.into_iter().map(Into::into).collect();
         if positions.len() != scene.particles() {
             return Err(Error::WrongParticleCount { expected: scene.particles(), found: positions.len() });
         }
@@ -145,7 +133,7 @@ impl<F, T, S, P> SimulationBuilder<F, T, S, P> {
     }
 }
 
-impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
+impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     /// Runs `sweeps` sweeps during which the drive may adapt, and shows each to `observer`; `&mut ()`
     /// looks at nothing.
     ///
@@ -224,14 +212,15 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
     ///
     /// ```
     /// use gradient_mc::{Scene, Simulation, Slab, Warning, field::UniformField, temperature::Isothermal};
-    /// use gradient_mc::{moves::EventChains, start::RandomInsertion};
+    /// use gradient_mc::{moves::LocalMoves, start::RandomInsertion};
     /// let scene = Scene::new(Slab::new(100.0, 5.0, 5.0)?, 250, UniformField::default(), Isothermal::new(4.0)?)?;
-    /// let mut simulation = Simulation::builder(scene).moves(EventChains::default()).seed(1).build()?;
+    /// let mut simulation = Simulation::builder(scene).seed(1).build()?;
     /// simulation.equilibrate(500, &mut ())?;
     /// simulation.run(3000, &mut ())?;
     /// assert_eq!(simulation.warnings(), []);
     /// // Small moves, and a start far above: it is still falling.
-    /// let mut simulation = Simulation::builder(scene).start(RandomInsertion::default()).maximum_displacement(0.1).build()?;
+    /// let builder = Simulation::builder(scene).start(RandomInsertion::default());
+    /// let mut simulation = builder.moves(LocalMoves::new(0.1)?).build()?;
     /// simulation.run(300, &mut ())?;
     /// for warning in simulation.warnings() {
     ///     println!("{warning}");
@@ -261,21 +250,18 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
             move_counts: &self.move_counts,
         }
     }
-}
 
-impl<F: Field, T: TemperatureProfile, A: Adaptation> Simulation<F, T, MappedDrive<A>> {
     /// Whether the production run so far can be trusted: whether the field it was made in is that of the density which
     /// it made, to a relative `tolerance`, and whether the column was at rest.
     ///
-    /// Only temperatures that vary need one; isothermal scenes have no field that could be wrong.
+    /// An isothermal scene has no field that could be wrong: there only the column is judged, and the verdict is
+    /// [`Isothermal`](crate::drive::Convergence::Isothermal) if it is at rest.
     ///
     /// ```
-    /// use gradient_mc::{Scene, Simulation, Slab, drive::SelfConsistent, moves::EventChains};
-    /// use gradient_mc::{field::UniformField, temperature::ExponentialTemperature};
+    /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::ExponentialTemperature};
     /// let temperature = ExponentialTemperature::new(5.0, 0.02)?;
     /// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 180, UniformField::default(), temperature)?;
-    /// let builder = Simulation::builder(scene).scheme(SelfConsistent::default());
-    /// let mut simulation = builder.moves(EventChains::default()).seed(1).build()?;
+    /// let mut simulation = Simulation::builder(scene).seed(1).build()?;
     /// simulation.equilibrate(1000, &mut ())?;
     /// simulation.run(1000, &mut ())?;
     /// let certificate = simulation.certificate(0.05)?;
@@ -287,21 +273,25 @@ impl<F: Field, T: TemperatureProfile, A: Adaptation> Simulation<F, T, MappedDriv
     /// [`Error::InvalidParameter`] for a tolerance that is not positive and finite; [`Error::TooFewObservations`] for a
     /// production run below 320 sweeps.
     pub fn certificate(&self, tolerance: f64) -> Result<Certificate, Error> {
-        self.force_balance().map_or(Err(Error::TooFewObservations { available: 0, needed: 64 }), |balance| {
-            balance.certificate(tolerance)
-        })
+        match self.force_balance() {
+            Some(balance) => balance.certificate(tolerance),
+            None => Certificate::isothermal(self.monitor.series(), tolerance),
+        }
     }
-}
 
-impl<F, T, D> Simulation<F, T, D> {
     /// What is simulated.
     pub fn scene(&self) -> &Scene<F, T> {
         &self.scene
     }
 
     /// The reduced potential in force.
-    pub fn drive(&self) -> &D {
+    pub fn drive(&self) -> &S::Drive {
         &self.drive
+    }
+
+    /// Pressure on the lid in m g/d² that the potential in force assumes: what a pressure profile starts from.
+    pub fn lid_pressure(&self) -> f64 {
+        self.drive.lid_pressure()
     }
 
     /// Sweeps done so far, equilibration included.
@@ -324,5 +314,45 @@ impl<F, T, D> Simulation<F, T, D> {
     /// [`start::Positions`](crate::start::Positions).
     pub fn positions(&self) -> Vec<Vector3<f64>> {
         self.configuration.positions().iter().map(|&position| position.into()).collect()
+    }
+}
+
+impl<F: Clone, T: Clone, S: Scheme<F, T, Drive: Clone>> Clone for Simulation<F, T, S> {
+    fn clone(&self) -> Self {
+        Self {
+            scene: self.scene.clone(),
+            drive: self.drive.clone(),
+            engine: self.engine.clone(),
+            configuration: self.configuration.clone(),
+            generator: self.generator.clone(),
+            sweep: self.sweep,
+            move_counts: self.move_counts,
+            phase: self.phase,
+            monitor: self.monitor.clone(),
+        }
+    }
+}
+
+impl<F, T, S: Scheme<F, T>> fmt::Debug for Simulation<F, T, S> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("Simulation")
+            .field("slab", self.scene.slab())
+            .field("particles", &self.scene.particles())
+            .field("sweep", &self.sweep)
+            .field("phase", &self.phase)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<F, T, S> fmt::Debug for SimulationBuilder<F, T, S> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("SimulationBuilder")
+            .field("slab", self.scene.slab())
+            .field("particles", &self.scene.particles())
+            .field("moves", &self.moves)
+            .field("seed", &self.seed)
+            .finish_non_exhaustive()
     }
 }

@@ -29,7 +29,7 @@ pub(crate) fn run() -> Result<(), Failure> {
         let temperature = ExponentialTemperature::new(20.0, 0.02)?;
         let scene = Scene::new(slab, particles, UniformField::default(), temperature)?;
         let moves: [(&str, Moves); 2] =
-            [("local", LocalMoves::new(0.75, &slab)?.into()), ("chains", EventChains::default().into())];
+            [("local", LocalMoves::new(0.75)?.into()), ("chains", EventChains::default().into())];
         for (name, moves) in moves {
             let potential = EquationOfStateClosure::default().drive(&scene)?.potential().clone();
             let mut adapting =

@@ -3,7 +3,7 @@
 use super::Drive;
 use super::column_average::LidContact;
 use super::effective_potential::EffectivePotential;
-use crate::statistics::{BlockAverages, Estimate, drift};
+use crate::statistics::{BlockAverages, Estimate, blocking, drift};
 use crate::{Centers, Error, Field, Scene, TemperatureProfile};
 use std::fmt;
 
@@ -47,10 +47,7 @@ impl ForceBalance {
     /// Fewer tell nothing about a drift.
     pub(super) const FEWEST_CONFIGURATIONS: u64 = 64;
 
-    pub(super) fn new<F, T: TemperatureProfile>(
-        scene: &Scene<F, T>,
-        certifiable: bool,
-    ) -> Result<Self, Error> {
+    pub(super) fn new<F, T: TemperatureProfile>(scene: &Scene<F, T>, certifiable: bool) -> Self {
         let (lowest, extent) = (scene.slab().lowest_center(), scene.slab().height() - 1.0);
         let bands = extent.round().clamp(1.0, Self::MOST_BANDS);
         let band_height = extent / bands;
@@ -59,7 +56,7 @@ impl ForceBalance {
         let bands = bands as usize;
         let temperature = |height: f64| scene.temperature().temperature(height);
         let components = 2 * bands + 4;
-        Ok(Self {
+        Self {
             base_area: scene.slab().base_area(),
             temperatures: (0..bands).map(|band| temperature(lowest + band as f64 * band_height)).collect(),
             lid_temperature: temperature(scene.slab().highest_center()),
@@ -67,15 +64,14 @@ impl ForceBalance {
             band_height,
             certifiable,
             sample: vec![0.0; components],
-            averages: BlockAverages::new(components)?,
+            averages: BlockAverages::of(components),
             replica_drifts: Vec::new(),
-        })
+        }
     }
 
     /// Forgets everything.
-    pub(super) fn clear<F, T: TemperatureProfile>(&mut self, scene: &Scene<F, T>) -> Result<(), Error> {
-        *self = Self::new(scene, self.certifiable)?;
-        Ok(())
+    pub(super) fn clear<F, T: TemperatureProfile>(&mut self, scene: &Scene<F, T>) {
+        *self = Self::new(scene, self.certifiable);
     }
 
     fn bands(&self) -> usize {
@@ -274,7 +270,7 @@ impl ForceBalancePoint {
 pub struct Certificate {
     /// The verdict.
     pub convergence: Convergence,
-    /// Height at which the residual is largest, in diameters.
+    /// Height at which the residual is largest, in diameters; NaN where there is none, in an isothermal scene.
     pub height: f64,
     /// What was tolerated.
     pub tolerance: f64,
@@ -292,13 +288,17 @@ pub struct Certificate {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Convergence {
+    /// The temperature is the same everywhere, so no field had to be found, and the column is at rest.
+    Isothermal,
     /// Field and density belong to each other within the tolerance, known to half of it (the pressure on the lid: to all of
     /// it), and the column is at rest.
+    #[non_exhaustive]
     Converged {
         /// Largest deviation.
         residual: Estimate,
     },
     /// They do not, or it cannot be told.
+    #[non_exhaustive]
     NotConverged {
         /// Largest deviation.
         residual: Estimate,
@@ -337,10 +337,39 @@ impl fmt::Display for Suggestion {
 }
 
 impl Certificate {
+    /// That of a run at one temperature, from the heights of its center of mass: only whether it is at rest is in question.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] for a tolerance that is not positive and finite; [`Error::TooFewObservations`].
+    pub(crate) fn isothermal(centers: &[f64], tolerance: f64) -> Result<Self, Error> {
+        let tolerance = Error::require_positive("tolerance of the balance of forces", tolerance)?;
+        let (drift, mean) = (drift(centers)?, blocking(centers)?);
+        let exact = Estimate::new(0.0, 0.0);
+        let count = centers.len() as f64;
+        let squares = centers.iter().map(|center| (center - mean.mean) * (center - mean.mean));
+        let variance = squares.sum::<f64>() / count;
+        let independent = variance / (mean.standard_error * mean.standard_error);
+        let convergence = if drift.deviation_from(0.0).abs() > ForceBalance::LARGEST_DRIFT {
+            let suggestion = Suggestion::EquilibrateLonger;
+            Convergence::NotConverged { residual: exact, suggestion }
+        } else {
+            Convergence::Isothermal
+        };
+        Ok(Self {
+            convergence,
+            height: f64::NAN,
+            tolerance,
+            largest_error: 0.0,
+            lid: exact,
+            drift,
+            effective_sample_size: independent.clamp(1.0, count),
+        })
+    }
+
     /// Whether the run is converged.
     #[must_use]
     pub fn is_converged(&self) -> bool {
-        matches!(self.convergence, Convergence::Converged { .. })
+        matches!(self.convergence, Convergence::Converged { .. } | Convergence::Isothermal)
     }
 
     /// The largest `P_iso` T/W − 1.
@@ -348,6 +377,7 @@ impl Certificate {
     pub fn residual(&self) -> Estimate {
         match self.convergence {
             Convergence::Converged { residual } | Convergence::NotConverged { residual, .. } => residual,
+            Convergence::Isothermal => Estimate::new(0.0, 0.0),
         }
     }
 }
@@ -358,11 +388,18 @@ impl fmt::Display for Certificate {
         let Self { height, tolerance, drift, effective_sample_size, .. } = self;
         match self.convergence {
             Convergence::Converged { .. } => write!(formatter, "converged")?,
+            Convergence::Isothermal => write!(formatter, "isothermal, at rest")?,
             Convergence::NotConverged { suggestion, .. } => {
                 write!(formatter, "NOT CONVERGED ({suggestion})")?;
             }
         }
         let residual = self.residual();
+        if height.is_nan() {
+            return write!(
+                formatter,
+                ": drift of h_c {drift}, effective sample size {effective_sample_size:.0}"
+            );
+        }
         let percent = Estimate::new(100.0 * residual.mean, 100.0 * residual.standard_error);
         write!(
             formatter,

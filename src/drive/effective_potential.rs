@@ -43,6 +43,11 @@ pub struct EffectivePotential {
     generation: u64,
 }
 
+/// A bin width, checked.
+pub(super) fn bin_width_of(bin_width: f64) -> Result<f64, Error> {
+    Error::require_positive("bin width of the effective field", bin_width)
+}
+
 impl EffectivePotential {
     /// Bins of about `bin_width` over all heights of centers, and P/n = 0 until it is [`set`](Self::set).
     ///
@@ -51,7 +56,7 @@ impl EffectivePotential {
     /// bins; [`Error::InvalidPotential`] where φ/T(0) overflows.
     pub fn new<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>, bin_width: f64) -> Result<Self, Error> {
         const MAXIMUM: usize = 1 << 24;
-        Error::require_positive("bin width of the effective field", bin_width)?;
+        bin_width_of(bin_width)?;
         let (lowest, extent) = (scene.slab().lowest_center(), scene.slab().height() - 1.0);
         let bins = (extent / bin_width).round().max(1.0);
         // At least 1; the cast saturates.

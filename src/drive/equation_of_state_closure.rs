@@ -1,6 +1,7 @@
 //! The effective field from an equation of state, once and for all.
 
 use super::column_average::Prior;
+use super::effective_potential::bin_width_of;
 use super::{Adaptation, EffectivePotential, MappedDrive, Scheme};
 use crate::equation_of_state::{EquationOfState, FluidSolid};
 use crate::{Error, Field, Scene, TemperatureProfile};
@@ -36,9 +37,11 @@ impl<E> EquationOfStateClosure<E> {
     }
 
     /// Spacing of the table, in diameters.
-    #[must_use]
-    pub fn bin_width(self, bin_width: f64) -> Self {
-        Self { bin_width, ..self }
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless positive and finite.
+    pub fn bin_width(self, bin_width: f64) -> Result<Self, Error> {
+        Ok(Self { bin_width: bin_width_of(bin_width)?, ..self })
     }
 }
 
@@ -68,6 +71,6 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Scheme<F, T> for Equat
         let mut potential = EffectivePotential::new(scene, self.bin_width)?;
         let Prior { ratios, lid_pressure, .. } = Prior::new(scene, &potential, &self.equation_of_state, 0.0)?;
         potential.set(|bin| ratios[bin])?;
-        MappedDrive::new(scene, potential, Imposed { lid_pressure })
+        Ok(MappedDrive::new(scene, potential, Imposed { lid_pressure }))
     }
 }

@@ -2,6 +2,7 @@
 
 use super::column_average::ColumnAverage;
 use super::counting_noise;
+use super::effective_potential::bin_width_of;
 use super::{Adaptation, EffectivePotential, MappedDrive, Phase, Scheme};
 use crate::{Centers, Error, Field, Scene, TemperatureProfile, Warning};
 
@@ -14,28 +15,37 @@ use crate::{Centers, Error, Field, Scene, TemperatureProfile, Warning};
 /// bins: narrow bins and small bases are biased most (`docs/seven_per_cent.md`). An empty bin takes the ideal-gas
 /// value P/n = T. Certificates of such a run always say
 /// [`FreezeTheField`](super::Suggestion::FreezeTheField).
+///
+/// Since balance does not hold, the steady state depends on the moves. A simulation that names none has the paper's: local
+/// moves with S = 0.75. Event chains are refused unless [`any_moves`](Self::any_moves) allows them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Instantaneous {
     bin_width: f64,
+    any_moves: bool,
 }
 
 impl Instantaneous {
     /// Bins of the given width, in diameters.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless positive and finite.
+    pub fn new(bin_width: f64) -> Result<Self, Error> {
+        Ok(Self { bin_width: bin_width_of(bin_width)?, any_moves: false })
+    }
+
+    /// Takes event chains too, for studies of how the steady state depends on the moves.
     #[must_use]
-    pub fn new(bin_width: f64) -> Self {
-        Self { bin_width }
+    pub fn any_moves(self) -> Self {
+        Self { any_moves: true, ..self }
     }
 }
 
 impl Default for Instantaneous {
     /// The paper's bins of 0.1 diameters.
     fn default() -> Self {
-        Self::new(0.1)
+        Self { bin_width: 0.1, any_moves: false }
     }
 }
-
-/// The drive of [`Instantaneous`].
-pub type InstantaneousDrive = MappedDrive<EverySweep>;
 
 /// Of [`Instantaneous`]: P/n of the last configuration.
 #[derive(Debug, Clone)]
@@ -45,16 +55,20 @@ pub struct EverySweep {
 }
 
 impl<F: Field, T: TemperatureProfile> Scheme<F, T> for Instantaneous {
-    type Drive = InstantaneousDrive;
+    type Drive = MappedDrive<EverySweep>;
 
-    fn drive(self, scene: &Scene<F, T>) -> Result<InstantaneousDrive, Error> {
+    fn drive(self, scene: &Scene<F, T>) -> Result<Self::Drive, Error> {
         let mut potential = EffectivePotential::new(scene, self.bin_width)?;
         let temperatures: Vec<f64> =
             potential.heights().map(|height| scene.temperature().temperature(height)).collect();
         // Until the first sweep has been counted.
         potential.set(|bin| temperatures[bin])?;
         let histogram = ColumnAverage::new(potential.bins());
-        MappedDrive::new(scene, potential, EverySweep { histogram, temperatures })
+        Ok(MappedDrive::new(scene, potential, EverySweep { histogram, temperatures }))
+    }
+
+    fn depends_on_moves(&self) -> bool {
+        !self.any_moves
     }
 }
 

@@ -26,11 +26,11 @@ use crate::{Centers, Error, Field, Scene, TemperatureProfile, Warning};
 ///         let ratios: Vec<f64> =
 ///             potential.heights().map(|height| factor * scene.temperature().temperature(height)).collect();
 ///         potential.set(|bin| ratios[bin])?;
-///         MappedDrive::new(scene, potential, self)
+///         Ok(MappedDrive::new(scene, potential, self))
 ///     }
 /// }
 /// ```
-pub trait Adaptation: Sync {
+pub trait Adaptation: Send + Sync {
     /// Whether a production run can tell that the potential was the right one: not if it changes with every
     /// configuration.
     const CERTIFIABLE: bool = true;
@@ -99,16 +99,13 @@ impl<A: Adaptation> MappedDrive<A> {
     const KNOWN_TO: f64 = 0.05;
 
     /// Puts the parts together.
-    ///
-    /// # Errors
-    /// None at present.
     pub fn new<F, T: TemperatureProfile>(
         scene: &Scene<F, T>,
         potential: EffectivePotential,
         adaptation: A,
-    ) -> Result<Self, Error> {
-        let balance = ForceBalance::new(scene, A::CERTIFIABLE)?;
-        Ok(Self { potential, adaptation, balance, sweeps: 0 })
+    ) -> Self {
+        let balance = ForceBalance::new(scene, A::CERTIFIABLE);
+        Self { potential, adaptation, balance, sweeps: 0 }
     }
 }
 
@@ -123,15 +120,6 @@ impl<A> MappedDrive<A> {
     #[must_use]
     pub fn adaptation(&self) -> &A {
         &self.adaptation
-    }
-
-    /// Pressure on the lid in m g/d² that the potential in force assumes: what a pressure profile starts from.
-    #[must_use]
-    pub fn lid_pressure(&self) -> f64
-    where
-        A: Adaptation,
-    {
-        self.adaptation.lid_pressure()
     }
 }
 
@@ -149,6 +137,11 @@ impl<F: Field, T: TemperatureProfile, A: Adaptation> Drive<F, T> for MappedDrive
     #[inline]
     fn generation(&self) -> u64 {
         <EffectivePotential as Drive<F, T>>::generation(&self.potential)
+    }
+
+    #[inline]
+    fn lid_pressure(&self) -> f64 {
+        self.adaptation.lid_pressure()
     }
 
     fn after_sweep(&mut self, scene: &Scene<F, T>, centers: Centers<'_>, phase: Phase) -> Result<(), Error> {
@@ -193,7 +186,7 @@ impl<F: Field, T: TemperatureProfile, A: Adaptation> Drive<F, T> for MappedDrive
 
     fn start_production(&mut self, scene: &Scene<F, T>) -> Result<(), Error> {
         // A potential that is to be changed now has nothing to do with what was seen before.
-        self.balance.clear(scene)?;
+        self.balance.clear(scene);
         self.sweeps = 0;
         self.adaptation.start_production(&mut self.potential, scene)
     }

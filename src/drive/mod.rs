@@ -7,8 +7,8 @@
 //!
 //! | scheme | u is | detailed balance | what it rests on |
 //! |---|---|---|---|
-//! | [`ClosedForm`] | φ(x)/T, in closed form | exact | nothing: isothermal scenes only |
-//! | [`SelfConsistent`] | iterated while equilibrating, then frozen | exact in production | the equilibration was long enough |
+//! | [`Automatic`], T constant | φ(x)/T, in closed form | exact | nothing |
+//! | [`Automatic`], T varies: [`SelfConsistent`] | iterated while equilibrating, then frozen | exact in production | the equilibration was long enough |
 //! | [`EquationOfStateClosure`] | from the theory profile, once | exact | the equation of state |
 //! | [`AveragedThenFrozen`] | a running average while equilibrating, then frozen | exact in production | the start is forgotten, slowly |
 //! | [`RunningAverage`] | a running average, for ever | asymptotically | the same |
@@ -27,25 +27,25 @@
 //! To add a scheme, implement [`Scheme`] and [`Adaptation`] in a file of its own (or [`Drive`], for a potential that is
 //! not an effective one); nothing else decides acceptance.
 
+mod automatic;
 mod certificate;
 mod column_average;
 mod counting_noise;
 mod effective_potential;
 mod equation_of_state_closure;
 mod instantaneous;
-mod isothermal;
 mod mapped;
 mod running_average;
 mod self_consistent;
 
+pub use automatic::Automatic;
 pub use certificate::{Certificate, Convergence, ForceBalance, ForceBalancePoint, Suggestion};
 pub use effective_potential::EffectivePotential;
-pub use equation_of_state_closure::{EquationOfStateClosure, Imposed};
-pub use instantaneous::{EverySweep, Instantaneous, InstantaneousDrive};
-pub use isothermal::{ClosedForm, IsothermalDrive};
+pub use equation_of_state_closure::EquationOfStateClosure;
+pub use instantaneous::Instantaneous;
 pub use mapped::{Adaptation, MappedDrive};
-pub use running_average::{AveragedThenFrozen, Averaging, RunningAverage};
-pub use self_consistent::{Iteration, SelfConsistent, SelfConsistentDrive};
+pub use running_average::{AveragedThenFrozen, RunningAverage};
+pub use self_consistent::SelfConsistent;
 
 use crate::numerics::differentiate;
 use crate::{Centers, Error, Scene, Warning};
@@ -60,7 +60,7 @@ pub enum Phase {
 }
 
 /// The reduced potential u(x) = U(x)/T of a scene, as a run uses it.
-pub trait Drive<F, T>: Sync {
+pub trait Drive<F, T>: Send + Sync {
     /// u at `height`. Only differences matter.
     fn reduced_potential(&self, scene: &Scene<F, T>, height: f64) -> f64;
 
@@ -74,6 +74,12 @@ pub trait Drive<F, T>: Sync {
     #[inline]
     fn generation(&self) -> u64 {
         0
+    }
+
+    /// Pressure on the lid in m g/d² that u assumes; by default none, as under an open sky.
+    #[inline]
+    fn lid_pressure(&self) -> f64 {
+        0.0
     }
 
     /// Shows the configuration after each sweep; the default, for a drive that never changes, does
@@ -116,9 +122,10 @@ pub trait Drive<F, T>: Sync {
 
 /// A way to make the [`Drive`] of a scene.
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` cannot drive a scene with temperature profile `{T}`",
-    note = "a temperature that varies needs a scheme: `.scheme(SelfConsistent::default())`, or another \
-            of `gradient_mc::drive`"
+    message = "`{Self}` is no scheme for a field `{F}` and a temperature profile `{T}`",
+    label = "not a scheme for this scene",
+    note = "leave `.scheme()` out, or take one of `gradient_mc::drive`: `SelfConsistent::default()`, say; a scheme of \
+            your own implements `Scheme`"
 )]
 pub trait Scheme<F, T> {
     /// What it makes.
@@ -129,17 +136,23 @@ pub trait Scheme<F, T> {
     /// # Errors
     /// Any [`Error`], as documented by the scheme.
     fn drive(self, scene: &Scene<F, T>) -> Result<Self::Drive, Error>;
+
+    /// Whether the steady state depends on the moves, because balance does not hold; by default not. If it does, a simulation
+    /// that names no moves has the paper's local ones, and event chains are refused.
+    fn depends_on_moves(&self) -> bool {
+        false
+    }
 }
 
 /// Logarithm of the Metropolis acceptance of a move between two heights, free of overlaps:
 /// min(0, u(from) − u(to)); NaN where the potential is.
 ///
 /// ```
-/// use gradient_mc::{Scene, Slab, drive::{ClosedForm, Scheme, log_acceptance}};
+/// use gradient_mc::{Scene, Slab, drive::{Automatic, Scheme, log_acceptance}};
 /// use gradient_mc::{field::UniformField, temperature::Isothermal};
 /// let slab = Slab::new(50.0, 5.0, 5.0)?;
 /// let scene = Scene::new(slab, 100, UniformField::default(), Isothermal::new(2.0)?)?;
-/// let drive = ClosedForm.drive(&scene)?;
+/// let drive = Automatic.drive(&scene)?;
 /// assert_eq!(log_acceptance(&drive, &scene, 10.0, 11.0), -0.5);
 /// assert_eq!(log_acceptance(&drive, &scene, 11.0, 10.0), 0.0);
 /// # Ok::<(), gradient_mc::Error>(())

@@ -1,6 +1,7 @@
 //! The effective field from an average over everything seen so far.
 
 use super::column_average::{ColumnAverage, Prior};
+use super::effective_potential::bin_width_of;
 use super::{Adaptation, EffectivePotential, MappedDrive, Phase, Scheme};
 use crate::equation_of_state::FluidSolid;
 use crate::{Centers, Error, Field, Scene, TemperatureProfile};
@@ -29,31 +30,35 @@ pub struct AveragedThenFrozen {
 
 impl RunningAverage {
     /// Bins of the given width, in diameters.
-    #[must_use]
-    pub fn new(bin_width: f64) -> Self {
-        Self { bin_width }
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless positive and finite.
+    pub fn new(bin_width: f64) -> Result<Self, Error> {
+        Ok(Self { bin_width: bin_width_of(bin_width)? })
     }
 }
 
 impl AveragedThenFrozen {
     /// Bins of the given width, in diameters.
-    #[must_use]
-    pub fn new(bin_width: f64) -> Self {
-        Self { bin_width }
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless positive and finite.
+    pub fn new(bin_width: f64) -> Result<Self, Error> {
+        Ok(Self { bin_width: bin_width_of(bin_width)? })
     }
 }
 
 impl Default for RunningAverage {
     /// Bins of 0.1 diameters.
     fn default() -> Self {
-        Self::new(0.1)
+        Self { bin_width: 0.1 }
     }
 }
 
 impl Default for AveragedThenFrozen {
     /// Bins of 0.1 diameters.
     fn default() -> Self {
-        Self::new(0.1)
+        Self { bin_width: 0.1 }
     }
 }
 
@@ -99,7 +104,7 @@ impl Averaging {
         potential.set(|bin| prior.ratios[bin])?;
         let average = ColumnAverage::new(potential.bins());
         let lid_pressure = prior.lid_pressure;
-        MappedDrive::new(scene, potential, Self { freezes, prior, lid_pressure, average, sweeps: 0 })
+        Ok(MappedDrive::new(scene, potential, Self { freezes, prior, lid_pressure, average, sweeps: 0 }))
     }
 
     fn update<F: Field, T: TemperatureProfile>(

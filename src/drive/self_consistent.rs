@@ -1,6 +1,7 @@
 //! The effective field iterated while equilibrating, then frozen for production.
 
 use super::column_average::{ColumnAverage, Prior};
+use super::effective_potential::bin_width_of;
 use super::{Adaptation, EffectivePotential, MappedDrive, Phase, Scheme};
 use crate::equation_of_state::{EquationOfState, FluidSolid, packing_fraction};
 use crate::{Centers, Error, Field, Scene, TemperatureProfile};
@@ -22,8 +23,7 @@ use crate::{Centers, Error, Field, Scene, TemperatureProfile};
 ///   bias of order 1/(spheres per bin and sweep). The last step, some half of the equilibration, makes the field.
 /// - While the column is still far from mechanical balance, the theory's field takes the place of the measured
 ///   one: a column that falls or rises would otherwise be held where it is by the field that its own
-///   weight makes. Balance is judged by ∫P dx from the weights against ∫nTZ dx, to 10 %;
-///   [`Iteration::follows_measurement`] tells.
+///   weight makes. Balance is judged by ∫P dx from the weights against ∫nTZ dx, to 10 %.
 /// - The theory profile, which knows the column above the layers to 0.2 % ([`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls)), stands in with
 ///   the [weight](Self::theory_weight) of 10⁵ counted spheres per diameter of height: as many as have to be counted to
 ///   know the density as well, since what a whole column does together is forgotten slowly. So a short
@@ -45,20 +45,22 @@ impl Default for SelfConsistent {
 
 impl SelfConsistent {
     /// Bins of the given width, in diameters.
-    #[must_use]
-    pub fn bin_width(self, bin_width: f64) -> Self {
-        Self { bin_width, ..self }
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless positive and finite.
+    pub fn bin_width(self, bin_width: f64) -> Result<Self, Error> {
+        Ok(Self { bin_width: bin_width_of(bin_width)?, ..self })
     }
 
     /// How many counted spheres per diameter of height the theory profile stands for; see the type.
-    #[must_use]
-    pub fn theory_weight(self, spheres_per_diameter: f64) -> Self {
-        Self { theory_weight: spheres_per_diameter, ..self }
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless positive and finite.
+    pub fn theory_weight(self, spheres_per_diameter: f64) -> Result<Self, Error> {
+        let theory_weight = Error::require_positive("weight of the theory", spheres_per_diameter)?;
+        Ok(Self { theory_weight, ..self })
     }
 }
-
-/// The drive of [`SelfConsistent`].
-pub type SelfConsistentDrive = MappedDrive<Iteration>;
 
 /// Of [`SelfConsistent`]: P/n of the last step of the iteration.
 #[derive(Debug, Clone)]
@@ -77,12 +79,11 @@ pub struct Iteration {
 }
 
 impl<F: Field, T: TemperatureProfile> Scheme<F, T> for SelfConsistent {
-    type Drive = SelfConsistentDrive;
+    type Drive = MappedDrive<Iteration>;
 
-    fn drive(self, scene: &Scene<F, T>) -> Result<SelfConsistentDrive, Error> {
+    fn drive(self, scene: &Scene<F, T>) -> Result<Self::Drive, Error> {
         let mut potential = EffectivePotential::new(scene, self.bin_width)?;
-        let weight = Error::require_positive("weight of the theory", self.theory_weight)?;
-        let prior = Prior::new(scene, &potential, &FluidSolid::default(), weight)?;
+        let prior = Prior::new(scene, &potential, &FluidSolid::default(), self.theory_weight)?;
         potential.set(|bin| prior.ratios[bin])?;
         let temperature = |height: f64| scene.temperature().temperature(height);
         let mean_inverse = potential.heights().map(|height| 1.0 / temperature(height)).sum::<f64>()
@@ -100,7 +101,7 @@ impl<F: Field, T: TemperatureProfile> Scheme<F, T> for SelfConsistent {
             sweeps: 0,
             step: [0, Iteration::FIRST_STEP],
         };
-        MappedDrive::new(scene, potential, iteration)
+        Ok(MappedDrive::new(scene, potential, iteration))
     }
 }
 

@@ -81,7 +81,7 @@ impl Default for EventChains {
             length: None,
             vertical_fraction: 0.9,
             field_event: FieldEvent::Relocate,
-            local_moves: Some(LocalMoves::unchecked(0.5)),
+            local_moves: Some(LocalMoves::one(0.5)),
         }
     }
 }

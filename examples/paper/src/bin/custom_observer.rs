@@ -6,6 +6,7 @@
 
 use clap::Parser;
 use gradient_mc::field::UniformField;
+use gradient_mc::moves::LocalMoves;
 use gradient_mc::statistics::{BlockAverages, Estimate};
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Error, Frame, Observer, ObserverError, Scene, Simulation, Slab, start};
@@ -129,7 +130,7 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         let mut simulation = Simulation::builder(scene)
             .start(start::Theory)
             // Shorter trial moves than usual: the layers at the base are dense.
-            .maximum_displacement(0.3)
+            .moves(LocalMoves::new(0.3)?)
             .seed(seed)
             .build()?;
         let mut layers = LayersAtBase::new(&slab)?;

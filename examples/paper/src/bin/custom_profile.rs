@@ -21,6 +21,7 @@ use gradient_mc::field::UniformField;
 use gradient_mc::hydrostatics::{HydrostaticProfile, Hydrostatics};
 use gradient_mc::moves::EventChains;
 use gradient_mc::observers::{CenterOfMass, EquationOfStatePoint, EquationOfStateProfile};
+use gradient_mc::start::Start;
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{
@@ -144,17 +145,16 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
 
     let interrupt = Interrupt::listen()?;
     let progress = Progress::new(REPLICAS * (arguments.equilibration + arguments.sweeps), "chute flow");
-    let gas = start::RandomInsertion::new(scene.column_density() / (slab.height() - 1.0));
+    let gas = start::RandomInsertion::new(scene.column_density() / (slab.height() - 1.0))?;
     let measured = replicas::in_parallel(arguments.shared.threads, (0..REPLICAS).collect(), |replica| {
-        let builder = Simulation::builder(scene)
+        let start: Box<dyn Start> =
+            if replica % 2 == 0 { Box::new(gas) } else { Box::new(start::ClosePacked) };
+        let mut simulation = Simulation::builder(scene)
             .scheme(SelfConsistent::default())
+            .start(start)
             .moves(EventChains::default())
-            .seed(arguments.shared.seed.wrapping_add(replica));
-        let mut simulation = if replica % 2 == 0 {
-            builder.start(gas).build()?
-        } else {
-            builder.start(start::ClosePacked).build()?
-        };
+            .seed(arguments.shared.seed.wrapping_add(replica))
+            .build()?;
         let heights = simulation.frame().heights();
         let first_center = heights.sum::<f64>() / particles as f64;
         replicas::in_chunks(arguments.equilibration, &interrupt, &progress, |sweeps| {

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::configuration::Configuration;
-use crate::drive::{IsothermalDrive, Phase};
+use crate::drive::{Automatic, Phase, Scheme};
 use crate::field::{ExponentialField, UniformField};
 use crate::moves::LocalMoves;
 use crate::moves::event_chain::{Engine, FieldEvent};
@@ -59,7 +59,7 @@ impl<F: Field> Column<F> {
         self.engine
             .sweep(&mut Sweep {
                 scene: &self.scene,
-                drive: &IsothermalDrive,
+                drive: &Automatic.drive(&self.scene).unwrap(),
                 configuration: &mut self.configuration,
                 generator: &mut self.generator,
                 move_counts: &mut self.move_counts,
@@ -228,7 +228,7 @@ fn observe(sizes: Sizes, frozen: Frozen, local: Option<LocalMoves>) -> Vec<Estim
 
 #[test]
 fn a_column_in_small_tiles_agrees_with_one_in_none() {
-    let local = Some(LocalMoves::unchecked(0.4));
+    let local = Some(LocalMoves::one(0.4));
     let expected = observe(NONE, Frozen::Turns, local);
     let found = observe(SMALL, Frozen::Turns, local);
     // The contact theorem: n(1/2) T is the weight on the base.

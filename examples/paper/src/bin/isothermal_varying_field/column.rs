@@ -69,7 +69,7 @@ impl Column {
     /// Runs a stage and looks at the column all the while.
     fn run(
         &self,
-        start: impl Start,
+        start: impl Start + 'static,
         stage: &Stage,
         seed: u64,
         interrupt: &Interrupt,
@@ -115,7 +115,7 @@ impl Column {
         let slab = *scene.slab();
         let mut simulation = Simulation::builder(scene)
             .start(Positions(positions.to_vec()))
-            .moves(Protocol::local_moves(self.rate, &slab)?)
+            .moves(Protocol::local_moves(self.rate)?)
             .seed(seed)
             .build()?;
         let profile = DisplacementProfile::with_range(&slab, 0.5, 100.5, 100)?;

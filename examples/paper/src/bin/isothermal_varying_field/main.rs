@@ -89,7 +89,7 @@ fn perform(
             Ok(Outcome::Crystal(Box::new(crystal::grow(base, protocol, seed, interrupt, progress)?)))
         }
         Task::Relaxation(column, seed) => {
-            let stage = protocol.relaxation(column.rate, &column.base.slab()?)?;
+            let stage = protocol.relaxation(column.rate)?;
             Ok(Outcome::Relaxation(column.rate, column.settle(&stage, seed, interrupt, progress)?))
         }
         Task::SteadyState(column, seed) => {
@@ -103,7 +103,7 @@ fn perform(
 fn size(task: Task, protocol: &Protocol) -> Result<u64, Failure> {
     Ok(match task {
         Task::Crystal(..) => crystal::sweeps(protocol),
-        Task::Relaxation(column, _) => protocol.relaxation(column.rate, &column.base.slab()?)?.sweeps(),
+        Task::Relaxation(column, _) => protocol.relaxation(column.rate)?.sweeps(),
         Task::SteadyState(column, _) => Protocol::steady_state(column.rate).sweeps(),
     })
 }

@@ -2,8 +2,8 @@
 
 use clap::ValueEnum;
 use gradient_mc::drive::{
-    Adaptation, AveragedThenFrozen, Certificate, EquationOfStateClosure, Instantaneous, MappedDrive,
-    RunningAverage, Scheme, SelfConsistent,
+    AveragedThenFrozen, Certificate, EquationOfStateClosure, Instantaneous, RunningAverage, Scheme,
+    SelfConsistent,
 };
 use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
 use gradient_mc::field::UniformField;
@@ -140,56 +140,43 @@ impl Setup {
     pub(crate) fn run(&self, interrupt: &Interrupt, progress: &Progress) -> Result<Outcome, Failure> {
         match self.scheme {
             SchemeChoice::Instantaneous => {
-                self.run_with(Instantaneous::new(self.acceptance_bin), interrupt, progress)
+                // Chains on purpose: what the steady state owes to the moves is part of the study.
+                let scheme = Instantaneous::new(self.acceptance_bin)?.any_moves();
+                self.run_with(scheme, interrupt, progress)
             }
             SchemeChoice::RunningAverage => {
-                self.run_with(RunningAverage::new(self.acceptance_bin), interrupt, progress)
+                self.run_with(RunningAverage::new(self.acceptance_bin)?, interrupt, progress)
             }
             SchemeChoice::AveragedThenFrozen => {
-                self.run_with(AveragedThenFrozen::new(self.acceptance_bin), interrupt, progress)
+                self.run_with(AveragedThenFrozen::new(self.acceptance_bin)?, interrupt, progress)
             }
             SchemeChoice::Closure => {
-                let scheme = EquationOfStateClosure::default().bin_width(self.acceptance_bin);
+                let scheme = EquationOfStateClosure::default().bin_width(self.acceptance_bin)?;
                 self.run_with(scheme, interrupt, progress)
             }
             SchemeChoice::SelfConsistent => {
-                let scheme = SelfConsistent::default().bin_width(self.acceptance_bin);
+                let scheme = SelfConsistent::default().bin_width(self.acceptance_bin)?;
                 self.run_with(scheme, interrupt, progress)
             }
         }
     }
 
-    fn run_with<A: Adaptation, S>(
+    fn run_with<S: Scheme<UniformField, ExponentialTemperature> + Copy>(
         &self,
         scheme: S,
         interrupt: &Interrupt,
         progress: &Progress,
-    ) -> Result<Outcome, Failure>
-    where
-        S: Scheme<UniformField, ExponentialTemperature, Drive = MappedDrive<A>> + Copy,
-    {
-        match self.side {
-            Side::Above => self.run_from(scheme, RandomInsertion::new(0.25), interrupt, progress),
-            Side::Below => self.run_from(scheme, ClosePacked, interrupt, progress),
-        }
-    }
-
-    fn run_from<A: Adaptation, S>(
-        &self,
-        scheme: S,
-        start: impl Start,
-        interrupt: &Interrupt,
-        progress: &Progress,
-    ) -> Result<Outcome, Failure>
-    where
-        S: Scheme<UniformField, ExponentialTemperature, Drive = MappedDrive<A>> + Copy,
-    {
+    ) -> Result<Outcome, Failure> {
+        let start: Box<dyn Start> = match self.side {
+            Side::Above => Box::new(RandomInsertion::new(0.25)?),
+            Side::Below => Box::new(ClosePacked),
+        };
         let slab = self.slab()?;
         let temperature = ExponentialTemperature::new(COLUMN.temperature, COLUMN.decay_rate)?;
         let scene = Scene::new(slab, self.particles(), UniformField::default(), temperature)?;
         let moves: Moves = match self.moves {
             MovesChoice::Chains => EventChains::default().into(),
-            MovesChoice::Local(size) => LocalMoves::new(size, &slab)?.into(),
+            MovesChoice::Local(size) => LocalMoves::new(size)?.into(),
         };
         let units = |sweeps: u64| (sweeps * self.particles() as u64) / 1000;
         // Far from the steady state only chains get on: they bring the column near it, in the theory's field.

@@ -34,7 +34,7 @@ pub(crate) fn table(seed: u64) -> Result<Table, Failure> {
         let scene = Scene::new(slab, particles, UniformField::new(0.0)?, Isothermal::new(1.0)?)?;
         let displacement = local.displacement();
         let builder = || Simulation::builder(scene).seed(seed);
-        let mut trials = builder().moves(LocalMoves::new(displacement, &slab)?).build()?;
+        let mut trials = builder().moves(LocalMoves::new(displacement)?).build()?;
         let mut events = builder().moves(EventChains::default().local_moves(None)).build()?;
         trials.equilibrate(200, &mut ())?;
         events.equilibrate(200, &mut ())?;

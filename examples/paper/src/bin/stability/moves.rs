@@ -14,17 +14,15 @@ const COLUMN_DENSITY: f64 = 40.0;
 const HEIGHT: f64 = 400.0;
 const WIDTH: f64 = 5.0;
 
-/// Moves that cost nothing to name before the slab is known.
 fn from_start(
     temperature: f64,
-    start: impl Start,
-    moves: impl FnOnce(&Slab) -> Result<Moves, gradient_mc::Error>,
+    start: impl Start + 'static,
+    moves: impl Into<Moves>,
     length: Length,
     seed: u64,
 ) -> Result<Findings, Failure> {
     let scene =
         column::scene(HEIGHT, WIDTH, COLUMN_DENSITY, UniformField::default(), Isothermal::new(temperature)?)?;
-    let moves = moves(scene.slab())?;
     let run = run(Simulation::builder(scene).start(start).moves(moves).seed(seed).build()?, length)?;
     // Theory between walls is within 0.03 of long runs.
     let center = run.center_of_mass(theory(&scene)?.center_of_mass(), 0.02)?;
@@ -43,27 +41,20 @@ pub(crate) fn sizes() -> Map {
         let from_above = format!("T = {temperature}, from above");
         for size in SIZES {
             map.add(&from_above, size, move |seed| {
-                let moves = |slab: &Slab| Ok(LocalMoves::new(size, slab)?.into());
-                from_start(temperature, RandomInsertion::default(), moves, LENGTH, seed)
+                from_start(temperature, RandomInsertion::default(), LocalMoves::new(size)?, LENGTH, seed)
             });
         }
         map.add_labeled(&from_above, 10.0, "tuned", move |seed| {
-            from_start(
-                temperature,
-                RandomInsertion::default(),
-                |_| Ok(LocalMoves::tuned().into()),
-                LENGTH,
-                seed,
-            )
+            from_start(temperature, RandomInsertion::default(), LocalMoves::tuned(), LENGTH, seed)
         });
     }
     for size in SIZES {
         map.add("T = 5, theory start", size, move |seed| {
-            from_start(5.0, Theory, |slab| Ok(LocalMoves::new(size, slab)?.into()), LENGTH, seed)
+            from_start(5.0, Theory, LocalMoves::new(size)?, LENGTH, seed)
         });
     }
     map.add_labeled("T = 5, theory start", 10.0, "tuned", |seed| {
-        from_start(5.0, Theory, |_| Ok(LocalMoves::tuned().into()), LENGTH, seed)
+        from_start(5.0, Theory, LocalMoves::tuned(), LENGTH, seed)
     });
     map
 }
@@ -81,11 +72,11 @@ pub(crate) fn chain_lengths() -> Map {
         };
         for length in LENGTHS {
             map.add(label, length, move |seed| {
-                from_start(temperature, RandomInsertion::default(), |_| chains(Some(length)), LENGTH, seed)
+                from_start(temperature, RandomInsertion::default(), chains(Some(length))?, LENGTH, seed)
             });
         }
         map.add_labeled(label, 1e9, "tuned", move |seed| {
-            from_start(temperature, RandomInsertion::default(), |_| chains(None), LENGTH, seed)
+            from_start(temperature, RandomInsertion::default(), chains(None)?, LENGTH, seed)
         });
     };
     row("T = 20, relocate", 20.0, FieldEvent::Relocate, true);

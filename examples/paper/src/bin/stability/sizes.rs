@@ -19,7 +19,9 @@ pub(crate) fn starts() -> Map {
     let mut map =
         Map::new("start", "Starts: spheres placed, in a box of the same density", "number density n d³");
     for density in DENSITIES {
-        map.add("random insertion", density, move |seed| start(RandomInsertion::new(density), density, seed));
+        map.add("random insertion", density, move |seed| {
+            start(RandomInsertion::new(density)?, density, seed)
+        });
         map.add("theory", density, move |seed| start(Theory, density, seed));
         map.add("compact", density, move |seed| start(ClosePacked, density, seed));
     }
@@ -27,7 +29,7 @@ pub(crate) fn starts() -> Map {
 }
 
 /// What is asked of a start is that it places all spheres where they may be.
-fn start(start: impl Start, density: f64, seed: u64) -> Result<Findings, Failure> {
+fn start(start: impl Start + 'static, density: f64, seed: u64) -> Result<Findings, Failure> {
     let (height, width) = (12.0, 6.0);
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let particles = (density * height * width * width).round() as usize;
@@ -68,9 +70,9 @@ pub(crate) fn overlaps(positions: &[gradient_mc::Vector3<f64>], width: f64) -> (
 pub(crate) fn few() -> Map {
     let mut map =
         Map::new("few_spheres", "Few spheres over a base 3 x 3, T = 1: exact results", "number of spheres");
-    let moves = |name: &str, slab: &Slab| -> Result<Moves, gradient_mc::Error> {
+    let moves = |name: &str| -> Result<Moves, gradient_mc::Error> {
         Ok(match name {
-            "local, S = 0.75" => LocalMoves::new(0.75, slab)?.into(),
+            "local, S = 0.75" => LocalMoves::new(0.75)?.into(),
             "tuned" => LocalMoves::tuned().into(),
             "chains" => EventChains::default().into(),
             _ => EventChains::default().local_moves(None).into(),
@@ -86,7 +88,7 @@ pub(crate) fn few() -> Map {
                     UniformField::default(),
                     Isothermal::new(1.0)?,
                 )?;
-                let moves = moves(name, scene.slab())?;
+                let moves = moves(name)?;
                 let simulation = Simulation::builder(scene).moves(moves).seed(seed).build()?;
                 let sweeps = 400_000;
                 let run = run(simulation, Length { equilibration: sweeps / 10, sweeps })?;
@@ -127,13 +129,10 @@ fn crowd(spheres: f64, chains: bool, seed: u64) -> Result<Findings, Failure> {
     let before = memory();
     let scene =
         column::scene(200.0, (spheres / 40.0).sqrt(), 40.0, UniformField::default(), Isothermal::new(20.0)?)?;
-    let moves: Moves = if chains {
-        EventChains::default().local_moves(None).into()
-    } else {
-        LocalMoves::new(0.5, scene.slab())?.into()
-    };
+    let moves: Moves =
+        if chains { EventChains::default().local_moves(None).into() } else { LocalMoves::new(0.5)?.into() };
     let mut simulation =
-        Simulation::builder(scene).start(RandomInsertion::new(0.2)).moves(moves).seed(seed).build()?;
+        Simulation::builder(scene).start(RandomInsertion::new(0.2)?).moves(moves).seed(seed).build()?;
     let first = simulation.frame().heights().sum::<f64>() / scene.particles() as f64;
     simulation.equilibrate(2, &mut ())?;
     let (start, move_counts) = (cpu_seconds(), *simulation.move_counts());

@@ -87,6 +87,14 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
     }
 }
 
+#[cfg(test)]
+impl<F, T> Scene<F, T> {
+    /// A scene that was not checked: tests put spheres where they like.
+    pub(crate) fn unchecked(slab: Slab, particles: usize, field: F, temperature: T) -> Self {
+        Self { slab, particles, field, temperature }
+    }
+}
+
 impl<F, T> Scene<F, T> {
     /// The slab.
     pub fn slab(&self) -> &Slab {

@@ -1,14 +1,16 @@
 //! The simulation: a scene, its drive, a configuration and a generator.
 
+use crate::centers::Centers;
 use crate::configuration::Configuration;
 use crate::diagnostics::Case;
-use crate::drive::{Automatic, Certificate, Drive, ForceBalance, Phase, Scheme};
-use crate::monitor::{Both, Monitor};
+use crate::drive::{Adaptation, Automatic, Certificate, Drive, Driven, ForceBalance, Scheme};
+use crate::frame::{Frame, MoveCounts, Phase};
+use crate::monitor::Monitor;
 use crate::moves::{Engine, Moves, Sweep, TunedDisplacements};
-use crate::observer::{Frame, MoveCounts, Observer, Recorder};
+use crate::observer::Observer;
 use crate::random::Generator;
 use crate::start::{Start, Theory};
-use crate::{Centers, Error, Field, Scene, TemperatureProfile, Warning};
+use crate::{Error, Field, Scene, TemperatureProfile, Warning, temperature};
 use nalgebra::Vector3;
 use rand::SeedableRng;
 use std::fmt;
@@ -44,15 +46,19 @@ use std::sync::Arc;
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```
 pub struct Simulation<F, T, S: Scheme<F, T> = Automatic> {
-    scene: Scene<F, T>,
-    drive: S::Drive,
+    driven: Driven<F, T, S::Drive>,
+    adaptation: S::Adaptation,
     engine: Engine,
     configuration: Configuration,
     generator: Generator,
     sweep: u64,
     move_counts: MoveCounts,
     phase: Phase,
+    /// Number of the last sweep before this phase.
+    before_phase: u64,
     monitor: Monitor,
+    /// Where the temperature varies.
+    balance: Option<Box<ForceBalance>>,
 }
 
 /// Collects the choices that make a [`Simulation`]: a scheme, a start, moves and a seed, in any order.
@@ -111,7 +117,7 @@ impl<F: Field, T: TemperatureProfile, S> SimulationBuilder<F, T, S> {
         let Self { scene, scheme, start, moves, seed } = self;
         let moves = Moves::chosen(moves, scheme.depends_on_moves())?;
         moves.check(scene.slab())?;
-        let drive = scheme.drive(&scene)?;
+        let (drive, adaptation) = scheme.drive(&scene)?;
         let mut generator = Generator::seed_from_u64(seed);
         let positions: Vec<[f64; 3]> =
             start.place(&scene.as_any(), &mut generator)?.into_iter().map(Into::into).collect();
@@ -119,16 +125,21 @@ impl<F: Field, T: TemperatureProfile, S> SimulationBuilder<F, T, S> {
             return Err(Error::WrongParticleCount { expected: scene.particles(), found: positions.len() });
         }
         let configuration = Configuration::new(*scene.slab(), &positions)?;
+        let engine = Engine::new(moves);
+        let varies = temperature::constant(scene.temperature(), scene.slab()).is_none();
+        let certifiable = !adaptation.follows_every_configuration();
         Ok(Simulation {
-            monitor: Monitor::new(scene.slab()),
-            scene,
-            drive,
-            engine: Engine::new(moves),
+            monitor: Monitor::new(scene.slab(), engine.has_only_local_moves()),
+            balance: varies.then(|| Box::new(ForceBalance::new(&scene.as_any(), certifiable))),
+            driven: Driven { scene, drive },
+            adaptation,
+            engine,
             configuration,
             generator,
             sweep: 0,
             move_counts: MoveCounts::default(),
             phase: Phase::Equilibration,
+            before_phase: 0,
         })
     }
 }
@@ -142,7 +153,9 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     /// temperature turn out not to be finite, or what the drive returns. The configuration stays valid
     /// and the run can go on.
     pub fn equilibrate<O: Observer + ?Sized>(&mut self, sweeps: u64, observer: &mut O) -> Result<(), Error> {
-        self.phase = Phase::Equilibration;
+        if self.phase == Phase::Production {
+            self.begin(Phase::Equilibration);
+        }
         self.advance(sweeps, observer)
     }
 
@@ -153,44 +166,43 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     /// As [`equilibrate`](Self::equilibrate).
     pub fn run<O: Observer + ?Sized>(&mut self, sweeps: u64, observer: &mut O) -> Result<(), Error> {
         if self.phase == Phase::Equilibration {
-            self.drive.start_production(&self.scene)?;
-            self.monitor.start(self.drive.generation());
-            self.phase = Phase::Production;
+            let Self { driven: Driven { scene, drive }, adaptation, .. } = self;
+            adaptation.start_production(drive, &scene.as_any())?;
+            self.begin(Phase::Production);
         }
         self.advance(sweeps, observer)
     }
 
+    fn begin(&mut self, phase: Phase) {
+        (self.phase, self.before_phase) = (phase, self.sweep);
+    }
+
     fn advance<O: Observer + ?Sized>(&mut self, sweeps: u64, observer: &mut O) -> Result<(), Error> {
         for _ in 0..sweeps {
-            let recorded = self.engine.has_only_local_moves() && Monitor::records(self.sweep);
-            let mut both;
-            let recorder: Option<&mut dyn Recorder> = if recorded {
-                both = Both { observer: observer.recorder(), monitor: self.monitor.acceptance_mut() };
-                Some(&mut both)
-            } else {
-                observer.recorder()
-            };
+            let Self { driven, configuration, generator, move_counts, phase, .. } = self;
+            // All who look, shown the same: who changes the potential does so afterwards.
+            let mut all = (&mut self.monitor, &mut self.balance, &mut self.adaptation, &mut *observer);
             self.engine.sweep(Sweep {
-                scene: &self.scene,
-                drive: &self.drive,
-                configuration: &mut self.configuration,
-                generator: &mut self.generator,
-                move_counts: &mut self.move_counts,
-                phase: self.phase,
-                recorder,
+                scene: &driven.scene,
+                drive: &driven.drive,
+                configuration,
+                generator,
+                move_counts,
+                phase: *phase,
+                recorder: all.recorder(),
             })?;
             self.sweep += 1;
-            let centers = Centers::new(&self.configuration);
-            if recorded {
-                self.monitor.count_trials(centers);
-            }
-            if self.phase == Phase::Production {
-                self.monitor.after_sweep(centers);
-            }
-            self.drive.after_sweep(&self.scene, centers, self.phase)?;
-            observer
-                .observe(&self.frame())
-                .map_err(|source| Error::Observer { sweep: self.sweep, source })?;
+            let seen = all.observe(&Frame {
+                scene: driven.scene.as_any(),
+                potential: driven,
+                centers: Centers::new(configuration),
+                sweep: self.sweep,
+                phase: *phase,
+                sweep_of_phase: self.sweep - self.before_phase,
+                move_counts,
+            });
+            self.adaptation.adapt(&mut driven.drive, &driven.scene.as_any())?;
+            seen.map_err(|source| Error::Observer { sweep: self.sweep, source })?;
         }
         Ok(())
     }
@@ -229,24 +241,26 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     /// # Ok::<(), gradient_mc::Error>(())
     /// ```
     pub fn warnings(&self) -> Vec<Warning> {
-        let Self { scene, drive, monitor, engine, .. } = self;
-        Case { scene, drive, monitor, engine }.warnings()
+        let Self { driven: Driven { scene, drive }, adaptation, monitor, engine, .. } = self;
+        let balance = self.balance.as_deref();
+        Case { scene, drive, adaptation, monitor, balance, engine }.warnings()
     }
 
     /// What the production run so far has seen of the balance of forces; nothing in an isothermal scene, where it
     /// holds by itself. Records of replicas can be merged.
     pub fn force_balance(&self) -> Option<&ForceBalance> {
-        self.drive.force_balance()
+        self.balance.as_deref()
     }
 
     /// The configuration as an observer sees it.
     pub fn frame(&self) -> Frame<'_> {
         Frame {
-            slab: self.scene.slab(),
-            field: self.scene.field(),
-            temperature: self.scene.temperature(),
+            scene: self.driven.scene.as_any(),
+            potential: &self.driven,
             centers: Centers::new(&self.configuration),
             sweep: self.sweep,
+            phase: self.phase,
+            sweep_of_phase: self.sweep - self.before_phase,
             move_counts: &self.move_counts,
         }
     }
@@ -281,17 +295,22 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
 
     /// What is simulated.
     pub fn scene(&self) -> &Scene<F, T> {
-        &self.scene
+        &self.driven.scene
     }
 
     /// The reduced potential in force.
     pub fn drive(&self) -> &S::Drive {
-        &self.drive
+        &self.driven.drive
+    }
+
+    /// What adapts it.
+    pub fn adaptation(&self) -> &S::Adaptation {
+        &self.adaptation
     }
 
     /// Pressure on the lid in m g/d² that the potential in force assumes: what a pressure profile starts from.
     pub fn lid_pressure(&self) -> f64 {
-        self.drive.lid_pressure()
+        self.driven.drive.lid_pressure()
     }
 
     /// Sweeps done so far, equilibration included.
@@ -317,18 +336,20 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     }
 }
 
-impl<F: Clone, T: Clone, S: Scheme<F, T, Drive: Clone>> Clone for Simulation<F, T, S> {
+impl<F: Clone, T: Clone, S: Scheme<F, T, Drive: Clone, Adaptation: Clone>> Clone for Simulation<F, T, S> {
     fn clone(&self) -> Self {
         Self {
-            scene: self.scene.clone(),
-            drive: self.drive.clone(),
+            driven: self.driven.clone(),
+            adaptation: self.adaptation.clone(),
             engine: self.engine.clone(),
             configuration: self.configuration.clone(),
             generator: self.generator.clone(),
             sweep: self.sweep,
             move_counts: self.move_counts,
             phase: self.phase,
+            before_phase: self.before_phase,
             monitor: self.monitor.clone(),
+            balance: self.balance.clone(),
         }
     }
 }
@@ -337,8 +358,8 @@ impl<F, T, S: Scheme<F, T>> fmt::Debug for Simulation<F, T, S> {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter
             .debug_struct("Simulation")
-            .field("slab", self.scene.slab())
-            .field("particles", &self.scene.particles())
+            .field("slab", self.driven.scene.slab())
+            .field("particles", &self.driven.scene.particles())
             .field("sweep", &self.sweep)
             .field("phase", &self.phase)
             .finish_non_exhaustive()

@@ -159,7 +159,7 @@ proptest! {
         triples in triples_in(slab()),
     ) {
         let scene = Scene::new(slab(), 100, field.make(&slab()), Isothermal::new(temperature).unwrap()).unwrap();
-        let drive = Automatic.drive(&scene).unwrap();
+        let (drive, _) = Automatic.drive(&scene).unwrap();
         let potential = |height: f64| field.potential(height) / temperature;
         check_detailed_balance(rule(&drive, &scene), potential, &pairs, EXACT + field.accuracy()).unwrap();
         check_cycles(rule(&drive, &scene), &triples, reference(), EXACT).unwrap();
@@ -179,11 +179,11 @@ proptest! {
         let (drive, rebuilt) = if interacting {
             let ratio = theory_ratio(&scene, &ScaledParticle);
             let rebuilt = Rebuilt::new(BINS, &slab(), acceleration, scene.temperature(), ratio);
-            (EquationOfStateClosure::new(ScaledParticle).drive(&scene).unwrap(), rebuilt)
+            (EquationOfStateClosure::new(ScaledParticle).drive(&scene).unwrap().0, rebuilt)
         } else {
             let ratio = theory_ratio(&scene, &NoInteraction);
             let rebuilt = Rebuilt::new(BINS, &slab(), acceleration, scene.temperature(), ratio);
-            (EquationOfStateClosure::new(NoInteraction).drive(&scene).unwrap(), rebuilt)
+            (EquationOfStateClosure::new(NoInteraction).drive(&scene).unwrap().0, rebuilt)
         };
         let potential = potential_with(field, &scene, &rebuilt);
         // The quadratures differ by more than rounding, by 1e-10 at most.
@@ -213,7 +213,7 @@ proptest! {
         };
         for bins in [590, 2360] {
             let width = (slab().height() - 1.0) / f64::from(bins);
-            let drive = EquationOfStateClosure::new(NoInteraction).bin_width(width).unwrap().drive(&scene).unwrap();
+            let (drive, _) = EquationOfStateClosure::new(NoInteraction).bin_width(width).unwrap().drive(&scene).unwrap();
             let nearest_edge = |height: f64| {
                 let edge = 0.5 + ((height - 0.5) / width).round() * width;
                 edge.clamp(slab().lowest_center(), slab().highest_center())
@@ -258,7 +258,7 @@ proptest! {
         simulation.equilibrate(sweeps, &mut heights).unwrap();
         simulation.run(1, &mut ()).unwrap();
         let frozen = simulation.drive().clone();
-        prop_assert_eq!(frozen.adaptation().steps(), 1);
+        prop_assert_eq!(simulation.adaptation().steps(), 1);
         let looked_at: Vec<Vec<f64>> =
             (1..).zip(heights.0).filter(|(sweep, _)| *sweep > 16 && sweep % 4 == 0).map(|(_, heights)| heights).collect();
         let scene = any_scene(field, temperature);
@@ -266,8 +266,9 @@ proptest! {
         let prior = theory_ratio(&scene, &equation_of_state);
         let acceleration = |height| field.acceleration(height);
         let lid = simulation.lid_pressure();
+        let follows_measurement = simulation.adaptation().follows_measurement();
         let ratios = counted_ratios(&scene, acceleration, &looked_at, lid, Some(&prior));
-        let ratio = |bin| if frozen.adaptation().follows_measurement() { ratios[bin] } else { prior(bin) };
+        let ratio = |bin| if follows_measurement { ratios[bin] } else { prior(bin) };
         let rebuilt = Rebuilt::new(BINS, &slab(), acceleration, scene.temperature(), ratio);
         let potential = potential_with(field, &scene, &rebuilt);
         check_detailed_balance(rule(&frozen, &scene), potential, &pairs, 1e-9 + field.accuracy()).unwrap();
@@ -331,7 +332,7 @@ const TABULATED: f64 = 1e-5;
 #[test]
 fn the_right_rule_passes_what_the_wrong_ones_fail() {
     let scene = steep_scene();
-    let drive = EquationOfStateClosure::new(NoInteraction).drive(&scene).unwrap();
+    let (drive, _) = EquationOfStateClosure::new(NoInteraction).drive(&scene).unwrap();
     check_detailed_balance(rule(&drive, &scene), ideal_potential, &steep_pairs(), TABULATED).unwrap();
     check_cycles(rule(&drive, &scene), &steep_triples(), reference(), EXACT).unwrap();
 }
@@ -366,7 +367,7 @@ fn temperature_of_the_starting_point_is_noticed() {
 #[test]
 fn temperature_put_into_the_boltzmann_factor_is_noticed() {
     let scene = steep_scene();
-    let drive = TemperatureInMetropolis.drive(&scene).unwrap();
+    let (drive, _) = TemperatureInMetropolis.drive(&scene).unwrap();
     // It is a potential, so cycles say nothing; it is not the right one.
     check_cycles(rule(&drive, &scene), &steep_triples(), reference(), EXACT).unwrap();
     let outcome = check_detailed_balance(rule(&drive, &scene), ideal_potential, &steep_pairs(), TABULATED);
@@ -376,7 +377,7 @@ fn temperature_put_into_the_boltzmann_factor_is_noticed() {
 #[test]
 fn equation_thirty_one_as_printed_is_noticed() {
     let scene = steep_scene();
-    let drive = EquationThirtyOneAsPrinted.drive(&scene).unwrap();
+    let (drive, _) = EquationThirtyOneAsPrinted.drive(&scene).unwrap();
     check_cycles(rule(&drive, &scene), &steep_triples(), reference(), EXACT).unwrap();
     let outcome = check_detailed_balance(rule(&drive, &scene), ideal_potential, &steep_pairs(), TABULATED);
     assert!(matches!(outcome, Err(Violation::WrongRatio { .. })), "{outcome:?}");

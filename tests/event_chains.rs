@@ -187,7 +187,7 @@ impl<T: TemperatureProfile + Copy> Column<T> {
     {
         let scene = self.scene();
         let slab = *scene.slab();
-        let drive = scheme.drive(&scene).unwrap();
+        let (drive, _) = scheme.drive(&scene).unwrap();
         let force = |x: f64| drive.reduced_force(&scene, x);
         let weight = ReducedWeight { force: &force, averages: BlockAverages::new(1).unwrap() };
         let contact = DensityProfile::with_range(&slab, 0.5, 0.7, 10).unwrap();
@@ -264,7 +264,7 @@ fn chains_agree_with_local_moves_in_a_temperature_gradient() {
     let closure = EquationOfStateClosure::default();
     // Up below, where T decays faster than the weight presses, and down above.
     let scene = column.scene();
-    let drive = closure.drive(&scene).unwrap();
+    let (drive, _) = closure.drive(&scene).unwrap();
     let force = |x: f64| drive.reduced_force(&scene, x);
     assert!(force(1.0) < -0.03 && force(12.0) > 0.3, "{} {}", force(1.0), force(12.0));
     column.compare(closure);

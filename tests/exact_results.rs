@@ -109,8 +109,9 @@ macro_rules! scheme_of_itself {
     ($($rule:ty),+) => {$(
         impl<F: Field, T: TemperatureProfile> Scheme<F, T> for $rule {
             type Drive = Self;
-            fn drive(self, _: &Scene<F, T>) -> Result<Self, Error> {
-                Ok(self)
+    type Adaptation = ();
+            fn drive(self, _: &Scene<F, T>) -> Result<(Self, ()), Error> {
+                Ok((self, ()))
             }
         }
     )+};

@@ -397,8 +397,9 @@ impl<F, T> Drive<F, T> for NoNumber {
 
 impl<F, T> Scheme<F, T> for NoNumber {
     type Drive = Self;
-    fn drive(self, _: &Scene<F, T>) -> Result<Self, Error> {
-        Ok(self)
+    type Adaptation = ();
+    fn drive(self, _: &Scene<F, T>) -> Result<(Self, ()), Error> {
+        Ok((self, ()))
     }
 }
 

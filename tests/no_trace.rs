@@ -40,7 +40,7 @@ fn the_isothermal_drive_is_made_without_an_allocation() {
 
 /// The drive of a scene at T = 3.7 against φ/T, at many heights.
 fn check<T: TemperatureProfile>(scene: &Scene<ExponentialField, T>) {
-    let (field, drive) = (scene.field(), Automatic.drive(scene).unwrap());
+    let (field, (drive, _)) = (scene.field(), Automatic.drive(scene).unwrap());
     for step in 0..6000 {
         let height = f64::from(step) * 0.01;
         let potential = drive.reduced_potential(scene, height);
@@ -98,8 +98,9 @@ fn an_isothermal_simulation_is_made_with_nothing_for_the_feedback() {
     }
     impl<F: Field> Scheme<F, Isothermal> for ByHand {
         type Drive = Self;
-        fn drive(self, _: &Scene<F, Isothermal>) -> Result<Self, gradient_mc::Error> {
-            Ok(self)
+        type Adaptation = ();
+        fn drive(self, _: &Scene<F, Isothermal>) -> Result<(Self, ()), gradient_mc::Error> {
+            Ok((self, ()))
         }
     }
     let start = Simulation::builder(isothermal()).start(Theory).build().unwrap().positions();

@@ -42,7 +42,7 @@ where
     S: Scheme<F, T>,
 {
     let scene = Scene::new(slab(), 25_000, field, temperature).unwrap();
-    scheme.drive(&scene).unwrap().reduced_potential(&scene, height)
+    scheme.drive(&scene).unwrap().0.reduced_potential(&scene, height)
 }
 
 /// A hard-sphere equation of state of its own, so that the closure has something to close.

@@ -352,7 +352,8 @@ fn jumps_of_a_users_own() {
     let temperature = TemperatureFn(|height: f64| if height < STEP { 6.0 } else { 3.0 });
     let jump = scene(40.0, 5.0, UniformField::default(), temperature);
     for bin_width in [0.1, 0.13] {
-        let drive = EquationOfStateClosure::new(IdealGas).bin_width(bin_width).unwrap().drive(&jump).unwrap();
+        let (drive, _) =
+            EquationOfStateClosure::new(IdealGas).bin_width(bin_width).unwrap().drive(&jump).unwrap();
         let [below, above] = [STEP - 0.5, STEP + 0.5].map(|height| drive.reduced_potential(&jump, height));
         let expected = 0.5 / 6.0 + 0.5 / 3.0 - std::f64::consts::LN_2;
         assert!((above - below - expected).abs() < 0.01, "{} against {expected}", above - below);

@@ -55,8 +55,9 @@ impl<F, T> Drive<F, T> for ByHand {
 
 impl<F, T> Scheme<F, T> for ByHand {
     type Drive = Self;
-    fn drive(self, _: &Scene<F, T>) -> Result<Self, Error> {
-        Ok(self)
+    type Adaptation = ();
+    fn drive(self, _: &Scene<F, T>) -> Result<(Self, ()), Error> {
+        Ok((self, ()))
     }
 }
 

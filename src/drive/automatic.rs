@@ -1,8 +1,9 @@
 //! The scheme of a simulation that names none, for any temperature profile.
 
 use super::self_consistent::Iteration;
-use super::{Drive, ForceBalance, MappedDrive, Phase, Scheme, SelfConsistent};
-use crate::{Centers, Error, Field, Scene, TemperatureProfile, Warning, temperature};
+use super::{Adaptation, Drive, EffectivePotential, Scheme, SelfConsistent};
+use crate::scene::AnyScene;
+use crate::{Error, Field, Scene, TemperatureProfile, temperature};
 
 /// The scheme of a simulation that names none: u = φ/T in closed form (eqs. 14 to 16 of
 /// doi:10.1103/PhysRevE.83.061306) where the temperature is constant, the [`SelfConsistent`]
@@ -18,10 +19,10 @@ use crate::{Centers, Error, Field, Scene, TemperatureProfile, Warning, temperatu
 /// use gradient_mc::{Scene, Slab, field::UniformField, temperature::*};
 /// let slab = Slab::new(50.0, 5.0, 5.0)?;
 /// let scene = Scene::new(slab, 100, UniformField::default(), Isothermal::new(2.0)?)?;
-/// assert_eq!(Automatic.drive(&scene)?.reduced_potential(&scene, 10.0), 5.0);
+/// assert_eq!(Automatic.drive(&scene)?.0.reduced_potential(&scene, 10.0), 5.0);
 /// // T = 20 exp(−0x): the same potential as at a temperature of 20.
 /// let scene = Scene::new(slab, 100, UniformField::default(), ExponentialTemperature::new(20.0, 0.0)?)?;
-/// assert_eq!(Automatic.drive(&scene)?.reduced_potential(&scene, 10.0), 0.5);
+/// assert_eq!(Automatic.drive(&scene)?.0.reduced_potential(&scene, 10.0), 0.5);
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -34,18 +35,20 @@ pub struct AutomaticDrive(Kind);
 #[derive(Debug, Clone)]
 enum Kind {
     Isothermal { temperature: f64 },
-    Iterated(Box<MappedDrive<Iteration>>),
+    Mapped(Box<EffectivePotential>),
 }
 
 impl<F: Field, T: TemperatureProfile> Scheme<F, T> for Automatic {
     type Drive = AutomaticDrive;
+    type Adaptation = Option<Box<Iteration>>;
 
     /// # Errors
     /// [`Error::InvalidPotential`] where φ/T overflows; what [`SelfConsistent`] returns.
-    fn drive(self, scene: &Scene<F, T>) -> Result<AutomaticDrive, Error> {
+    fn drive(self, scene: &Scene<F, T>) -> Result<(AutomaticDrive, Self::Adaptation), Error> {
         const PROBES: u32 = 4096;
         let Some(temperature) = temperature::constant(scene.temperature(), scene.slab()) else {
-            return Ok(AutomaticDrive(Kind::Iterated(Box::new(SelfConsistent::default().drive(scene)?))));
+            let (potential, iteration) = SelfConsistent::default().drive(scene)?;
+            return Ok((AutomaticDrive(Kind::Mapped(Box::new(potential))), Some(Box::new(iteration))));
         };
         for probe in 0..=PROBES {
             let height = scene.slab().height() * f64::from(probe) / f64::from(PROBES);
@@ -54,32 +57,18 @@ impl<F: Field, T: TemperatureProfile> Scheme<F, T> for Automatic {
                 return Err(Error::InvalidPotential { height, potential });
             }
         }
-        Ok(AutomaticDrive(Kind::Isothermal { temperature }))
+        Ok((AutomaticDrive(Kind::Isothermal { temperature }), None))
     }
 }
 
 impl AutomaticDrive {
-    /// The iteration, unless the temperature is constant. Of a profile that says that it is, this is known to the compiler.
+    /// The effective potential, or the temperature if it is constant. Of a profile that says that it is, this is known
+    /// to the compiler.
     #[inline]
-    fn iterated<F, T: TemperatureProfile>(
-        &self,
-        scene: &Scene<F, T>,
-    ) -> Result<&MappedDrive<Iteration>, f64> {
+    fn mapped<F, T: TemperatureProfile>(&self, scene: &Scene<F, T>) -> Result<&EffectivePotential, f64> {
         match (scene.temperature().constant(), &self.0) {
             (Some(temperature), _) | (None, &Kind::Isothermal { temperature }) => Err(temperature),
-            (None, Kind::Iterated(drive)) => Ok(drive),
-        }
-    }
-
-    /// The same, to be changed.
-    #[inline]
-    fn iterated_mut<F, T: TemperatureProfile>(
-        &mut self,
-        scene: &Scene<F, T>,
-    ) -> Option<&mut MappedDrive<Iteration>> {
-        match (scene.temperature().constant(), &mut self.0) {
-            (None, Kind::Iterated(drive)) => Some(drive),
-            _ => None,
+            (None, Kind::Mapped(potential)) => Ok(potential),
         }
     }
 }
@@ -87,16 +76,16 @@ impl AutomaticDrive {
 impl<F: Field, T: TemperatureProfile> Drive<F, T> for AutomaticDrive {
     #[inline]
     fn reduced_potential(&self, scene: &Scene<F, T>, height: f64) -> f64 {
-        match self.iterated(scene) {
-            Ok(drive) => drive.reduced_potential(scene, height),
+        match self.mapped(scene) {
+            Ok(potential) => potential.reduced_potential(scene, height),
             Err(temperature) => scene.field().potential(height) / temperature,
         }
     }
 
     #[inline]
     fn reduced_force(&self, scene: &Scene<F, T>, height: f64) -> f64 {
-        match self.iterated(scene) {
-            Ok(drive) => drive.reduced_force(scene, height),
+        match self.mapped(scene) {
+            Ok(potential) => potential.reduced_force(scene, height),
             Err(temperature) => scene.field().acceleration(height) / temperature,
         }
     }
@@ -105,7 +94,7 @@ impl<F: Field, T: TemperatureProfile> Drive<F, T> for AutomaticDrive {
     fn generation(&self) -> u64 {
         match &self.0 {
             Kind::Isothermal { .. } => 0,
-            Kind::Iterated(drive) => Drive::<F, T>::generation(drive.as_ref()),
+            Kind::Mapped(potential) => Drive::<F, T>::generation(potential.as_ref()),
         }
     }
 
@@ -113,30 +102,25 @@ impl<F: Field, T: TemperatureProfile> Drive<F, T> for AutomaticDrive {
     fn lid_pressure(&self) -> f64 {
         match &self.0 {
             Kind::Isothermal { .. } => 0.0,
-            Kind::Iterated(drive) => Drive::<F, T>::lid_pressure(drive.as_ref()),
+            Kind::Mapped(potential) => Drive::<F, T>::lid_pressure(potential.as_ref()),
+        }
+    }
+}
+
+impl Adaptation<AutomaticDrive> for Option<Box<Iteration>> {
+    #[inline]
+    fn adapt(&mut self, drive: &mut AutomaticDrive, scene: &AnyScene<'_>) -> Result<(), Error> {
+        match (self, &mut drive.0) {
+            (Some(iteration), Kind::Mapped(potential)) => iteration.adapt(potential, scene),
+            _ => Ok(()),
         }
     }
 
     #[inline]
-    fn after_sweep(&mut self, scene: &Scene<F, T>, centers: Centers<'_>, phase: Phase) -> Result<(), Error> {
-        self.iterated_mut(scene).map_or(Ok(()), |drive| drive.after_sweep(scene, centers, phase))
-    }
-
-    #[inline]
-    fn force_balance(&self) -> Option<&ForceBalance> {
-        match &self.0 {
-            Kind::Isothermal { .. } => None,
-            Kind::Iterated(drive) => Drive::<F, T>::force_balance(drive.as_ref()),
+    fn start_production(&mut self, drive: &mut AutomaticDrive, scene: &AnyScene<'_>) -> Result<(), Error> {
+        match (self, &mut drive.0) {
+            (Some(iteration), Kind::Mapped(potential)) => iteration.start_production(potential, scene),
+            _ => Ok(()),
         }
-    }
-
-    #[inline]
-    fn start_production(&mut self, scene: &Scene<F, T>) -> Result<(), Error> {
-        self.iterated_mut(scene).map_or(Ok(()), |drive| drive.start_production(scene))
-    }
-
-    #[inline]
-    fn warnings(&self, scene: &Scene<F, T>) -> Vec<Warning> {
-        self.iterated(scene).map_or_else(|_| Vec::new(), |drive| drive.warnings(scene))
     }
 }

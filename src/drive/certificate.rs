@@ -1,10 +1,11 @@
 //! Whether the effective field was the right one: the balance of forces in a production run.
 
-use super::Drive;
 use super::column_average::LidContact;
-use super::effective_potential::EffectivePotential;
+use crate::frame::{Frame, Phase};
+use crate::observer::{Observer, ObserverError};
+use crate::scene::AnyScene;
 use crate::statistics::{BlockAverages, Estimate, blocking, drift};
-use crate::{Centers, Error, Field, Scene, TemperatureProfile};
+use crate::{Error, TemperatureProfile};
 use std::fmt;
 
 /// Both sides of the sum rule that the effective field must fulfil, from the production run of a mapped scene.
@@ -45,9 +46,14 @@ impl ForceBalance {
     /// Nor is a deviation above the tolerance of more than these.
     const SIGNIFICANT: f64 = 3.0;
     /// Fewer tell nothing about a drift.
-    pub(super) const FEWEST_CONFIGURATIONS: u64 = 64;
+    const FEWEST_CONFIGURATIONS: u64 = 64;
+    /// Sweeps of production between two looks.
+    const SWEEPS_BETWEEN_LOOKS: u64 = 5;
+    /// Fewest sweeps of production that can be judged.
+    pub(crate) const FEWEST_SWEEPS: u64 = Self::FEWEST_CONFIGURATIONS * Self::SWEEPS_BETWEEN_LOOKS;
 
-    pub(super) fn new<F, T: TemperatureProfile>(scene: &Scene<F, T>, certifiable: bool) -> Self {
+    /// Nothing yet. `certifiable` is whether the potential does not change with every configuration.
+    pub(crate) fn new(scene: &AnyScene<'_>, certifiable: bool) -> Self {
         let (lowest, extent) = (scene.slab().lowest_center(), scene.slab().height() - 1.0);
         let bands = extent.round().clamp(1.0, Self::MOST_BANDS);
         let band_height = extent / bands;
@@ -69,42 +75,8 @@ impl ForceBalance {
         }
     }
 
-    /// Forgets everything.
-    pub(super) fn clear<F, T: TemperatureProfile>(&mut self, scene: &Scene<F, T>) {
-        *self = Self::new(scene, self.certifiable);
-    }
-
     fn bands(&self) -> usize {
         self.temperatures.len()
-    }
-
-    /// Adds a configuration.
-    pub(super) fn record<F: Field, T: TemperatureProfile>(
-        &mut self,
-        potential: &EffectivePotential,
-        lid_pressure: f64,
-        scene: &Scene<F, T>,
-        centers: Centers<'_>,
-    ) -> Result<(), Error> {
-        let bands = self.bands();
-        let highest = scene.slab().highest_center();
-        let mut lid = LidContact::default();
-        let mut moment = 0.0;
-        self.sample.fill(0.0);
-        let (forces, weights) = self.sample.split_at_mut(bands);
-        centers.for_each_height(|height| {
-            // Heights are inside the slab.
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-            let band = (((height - self.lowest) / self.band_height) as usize).min(bands - 1);
-            forces[band] += potential.reduced_force(scene, height);
-            weights[band] += scene.field().acceleration(height);
-            lid.add(highest - height);
-            moment += height;
-        });
-        let center = moment / centers.count() as f64;
-        let lid = [lid.density_times_area(), lid_pressure * self.base_area];
-        self.sample[2 * bands..].copy_from_slice(&[lid[0], lid[1], center, center * center]);
-        self.averages.push(&self.sample)
     }
 
     /// Configurations recorded.
@@ -240,6 +212,41 @@ impl ForceBalance {
             drift,
             effective_sample_size,
         })
+    }
+}
+
+impl Observer for ForceBalance {
+    /// Sees every fifth configuration of production, in the potential that it was made in.
+    fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        if frame.phase() != Phase::Production
+            || !(frame.sweep_of_phase() - 1).is_multiple_of(Self::SWEEPS_BETWEEN_LOOKS)
+        {
+            return Ok(());
+        }
+        if frame.sweep_of_phase() == 1 {
+            // A potential that was changed has nothing to do with what was seen before.
+            self.averages = BlockAverages::of(self.sample.len());
+            self.replica_drifts.clear();
+        }
+        let (bands, field) = (self.bands(), frame.field());
+        let highest = frame.slab().highest_center();
+        let mut lid = LidContact::default();
+        let mut moment = 0.0;
+        self.sample.fill(0.0);
+        let (forces, weights) = self.sample.split_at_mut(bands);
+        frame.for_each_height(|height| {
+            // Heights are inside the slab.
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+            let band = (((height - self.lowest) / self.band_height) as usize).min(bands - 1);
+            forces[band] += frame.reduced_force(height);
+            weights[band] += field.acceleration(height);
+            lid.add(highest - height);
+            moment += height;
+        });
+        let center = moment / frame.particles() as f64;
+        let lid = [lid.density_times_area(), frame.lid_pressure() * self.base_area];
+        self.sample[2 * bands..].copy_from_slice(&[lid[0], lid[1], center, center * center]);
+        Ok(self.averages.push(&self.sample)?)
     }
 }
 

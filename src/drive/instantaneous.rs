@@ -3,8 +3,11 @@
 use super::column_average::ColumnAverage;
 use super::counting_noise;
 use super::effective_potential::bin_width_of;
-use super::{Adaptation, EffectivePotential, MappedDrive, Phase, Scheme};
-use crate::{Centers, Error, Field, Scene, TemperatureProfile, Warning};
+use super::{Adaptation, EffectivePotential, Scheme};
+use crate::frame::Frame;
+use crate::observer::{Observer, ObserverError};
+use crate::scene::AnyScene;
+use crate::{Error, Field, Scene, TemperatureProfile, Warning};
 
 /// The effective field from the histogram of the current configuration, remade every sweep, as in
 /// doi:10.1103/PhysRevE.83.061306. For comparison: **do not use it for results**.
@@ -55,16 +58,17 @@ pub struct EverySweep {
 }
 
 impl<F: Field, T: TemperatureProfile> Scheme<F, T> for Instantaneous {
-    type Drive = MappedDrive<EverySweep>;
+    type Drive = EffectivePotential;
+    type Adaptation = EverySweep;
 
-    fn drive(self, scene: &Scene<F, T>) -> Result<Self::Drive, Error> {
+    fn drive(self, scene: &Scene<F, T>) -> Result<(EffectivePotential, EverySweep), Error> {
         let mut potential = EffectivePotential::new(scene, self.bin_width)?;
         let temperatures: Vec<f64> =
             potential.heights().map(|height| scene.temperature().temperature(height)).collect();
         // Until the first sweep has been counted.
-        potential.set(|bin| temperatures[bin])?;
-        let histogram = ColumnAverage::new(potential.bins());
-        Ok(MappedDrive::new(scene, potential, EverySweep { histogram, temperatures }))
+        potential.set(0.0, |bin| temperatures[bin])?;
+        let histogram = ColumnAverage::new(&potential);
+        Ok((potential, EverySweep { histogram, temperatures }))
     }
 
     fn depends_on_moves(&self) -> bool {
@@ -72,35 +76,33 @@ impl<F: Field, T: TemperatureProfile> Scheme<F, T> for Instantaneous {
     }
 }
 
-impl Adaptation for EverySweep {
-    const CERTIFIABLE: bool = false;
-
-    /// [`Warning::CountingNoise`].
-    fn warnings<F: Field, T: TemperatureProfile>(
-        &self,
-        potential: &EffectivePotential,
-        scene: &Scene<F, T>,
-    ) -> Vec<Warning> {
-        // Without a theory the judgment of the run says so.
-        counting_noise::warning(scene, potential.bin_width()).ok().flatten().into_iter().collect()
-    }
-
-    fn after_sweep<F: Field, T: TemperatureProfile>(
-        &mut self,
-        potential: &mut EffectivePotential,
-        scene: &Scene<F, T>,
-        centers: Centers<'_>,
-        _: Phase,
-    ) -> Result<(), Error> {
+impl Observer for EverySweep {
+    fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         self.histogram.clear();
-        self.histogram.add(potential, scene, centers);
+        self.histogram.add(frame);
+        Ok(())
+    }
+}
+
+impl Adaptation<EffectivePotential> for EverySweep {
+    fn adapt(&mut self, potential: &mut EffectivePotential, scene: &AnyScene<'_>) -> Result<(), Error> {
         // The paper takes the pressure far above to be zero.
         let area = scene.slab().base_area();
         let rows = self.histogram.counts_and_pressures(potential.bin_width(), area, 0.0);
         let temperatures = &self.temperatures;
-        potential.set(|bin| {
+        potential.set(0.0, |bin| {
             let [count, pressure] = rows[bin];
             if count > 0.0 { pressure / count } else { temperatures[bin] }
         })
+    }
+
+    fn follows_every_configuration(&self) -> bool {
+        true
+    }
+
+    /// [`Warning::CountingNoise`].
+    fn warnings(&self, potential: &EffectivePotential, scene: &AnyScene<'_>) -> Vec<Warning> {
+        // Without a theory the judgment of the run says so.
+        counting_noise::warning(scene, potential.bin_width()).ok().flatten().into_iter().collect()
     }
 }

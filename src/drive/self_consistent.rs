@@ -2,9 +2,12 @@
 
 use super::column_average::{ColumnAverage, Prior};
 use super::effective_potential::bin_width_of;
-use super::{Adaptation, EffectivePotential, MappedDrive, Phase, Scheme};
+use super::{Adaptation, EffectivePotential, Scheme};
 use crate::equation_of_state::{EquationOfState, FluidSolid, packing_fraction};
-use crate::{Centers, Error, Field, Scene, TemperatureProfile};
+use crate::frame::{Frame, Phase};
+use crate::observer::{Observer, ObserverError};
+use crate::scene::AnyScene;
+use crate::{Error, Field, Scene, TemperatureProfile};
 
 /// The effective field by iteration: freeze, measure, update, every time twice as long as before; frozen for good when
 /// production starts. The default choice for temperatures that vary.
@@ -76,15 +79,18 @@ pub struct Iteration {
     configurations_before: u64,
     sweeps: u64,
     step: [u64; 2],
+    /// Whether the last sweep was one of equilibration.
+    adapting: bool,
 }
 
 impl<F: Field, T: TemperatureProfile> Scheme<F, T> for SelfConsistent {
-    type Drive = MappedDrive<Iteration>;
+    type Drive = EffectivePotential;
+    type Adaptation = Iteration;
 
-    fn drive(self, scene: &Scene<F, T>) -> Result<Self::Drive, Error> {
+    fn drive(self, scene: &Scene<F, T>) -> Result<(EffectivePotential, Iteration), Error> {
         let mut potential = EffectivePotential::new(scene, self.bin_width)?;
         let prior = Prior::new(scene, &potential, &FluidSolid::default(), self.theory_weight)?;
-        potential.set(|bin| prior.ratios[bin])?;
+        potential.set(prior.lid_pressure, |bin| prior.ratios[bin])?;
         let temperature = |height: f64| scene.temperature().temperature(height);
         let mean_inverse = potential.heights().map(|height| 1.0 / temperature(height)).sum::<f64>()
             / potential.bins() as f64;
@@ -96,12 +102,13 @@ impl<F: Field, T: TemperatureProfile> Scheme<F, T> for SelfConsistent {
             prior,
             follows_measurement: false,
             steps: 0,
-            average: ColumnAverage::new(potential.bins()),
+            average: ColumnAverage::new(&potential),
             configurations_before: 0,
             sweeps: 0,
             step: [0, Iteration::FIRST_STEP],
+            adapting: false,
         };
-        Ok(MappedDrive::new(scene, potential, iteration))
+        Ok((potential, iteration))
     }
 }
 
@@ -124,12 +131,7 @@ impl Iteration {
     }
 
     /// Whether the weights and the equation of state agree on ∫P dx to 10 %.
-    fn near_balance<F, T: TemperatureProfile>(
-        &self,
-        scene: &Scene<F, T>,
-        width: f64,
-        rows: &[[f64; 2]],
-    ) -> bool {
+    fn near_balance(&self, scene: &AnyScene<'_>, width: f64, rows: &[[f64; 2]]) -> bool {
         const TOLERANCE: f64 = 0.1;
         /// Densities are smoothed over this many diameters, more than a layer at the wall.
         const SMOOTHING: f64 = 2.0;
@@ -153,11 +155,7 @@ impl Iteration {
     }
 
     /// Ends a step: the field becomes that of what it measured.
-    fn update<F: Field, T: TemperatureProfile>(
-        &mut self,
-        potential: &mut EffectivePotential,
-        scene: &Scene<F, T>,
-    ) -> Result<(), Error> {
+    fn update(&mut self, potential: &mut EffectivePotential, scene: &AnyScene<'_>) -> Result<(), Error> {
         let contact = self.average.lid_pressure(scene, &self.prior);
         let lid = self.lid_pressure + self.lid_gain * (contact - self.lid_pressure);
         let width = potential.bin_width();
@@ -166,10 +164,10 @@ impl Iteration {
         if self.follows_measurement {
             self.lid_pressure = lid;
             let ratios = self.average.ratios(scene, width, lid, &self.prior);
-            potential.set(|bin| ratios[bin])?;
+            potential.set(lid, |bin| ratios[bin])?;
         } else {
             self.lid_pressure = self.prior.lid_pressure;
-            potential.set(|bin| self.prior.ratios[bin])?;
+            potential.set(self.lid_pressure, |bin| self.prior.ratios[bin])?;
         }
         self.steps += 1;
         self.configurations_before = self.average.configurations();
@@ -178,38 +176,35 @@ impl Iteration {
     }
 }
 
-impl Adaptation for Iteration {
-    fn lid_pressure(&self) -> f64 {
-        self.lid_pressure
+impl Observer for Iteration {
+    fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        self.adapting = frame.phase() == Phase::Equilibration;
+        if self.adapting {
+            self.sweeps += 1;
+            let [begin, end] = self.step;
+            let relaxed = 4 * (self.sweeps - begin) > end - begin;
+            if relaxed && self.sweeps.is_multiple_of(Self::SWEEPS_BETWEEN_LOOKS) {
+                self.average.add(frame);
+            }
+        }
+        Ok(())
     }
+}
 
-    fn after_sweep<F: Field, T: TemperatureProfile>(
-        &mut self,
-        potential: &mut EffectivePotential,
-        scene: &Scene<F, T>,
-        centers: Centers<'_>,
-        phase: Phase,
-    ) -> Result<(), Error> {
-        if phase == Phase::Production {
-            return Ok(());
-        }
-        self.sweeps += 1;
-        let [begin, end] = self.step;
-        let relaxed = 4 * (self.sweeps - begin) > end - begin;
-        if relaxed && self.sweeps.is_multiple_of(Self::SWEEPS_BETWEEN_LOOKS) {
-            self.average.add(potential, scene, centers);
-        }
-        if self.sweeps < end {
+impl Adaptation<EffectivePotential> for Iteration {
+    fn adapt(&mut self, potential: &mut EffectivePotential, scene: &AnyScene<'_>) -> Result<(), Error> {
+        let [_, end] = self.step;
+        if !self.adapting || self.sweeps < end {
             return Ok(());
         }
         self.step = [end, 2 * end];
         self.update(potential, scene)
     }
 
-    fn start_production<F: Field, T: TemperatureProfile>(
+    fn start_production(
         &mut self,
         potential: &mut EffectivePotential,
-        scene: &Scene<F, T>,
+        scene: &AnyScene<'_>,
     ) -> Result<(), Error> {
         // A step that was hardly begun knows less than the one before.
         if self.average.configurations() > 0

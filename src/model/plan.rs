@@ -1,8 +1,9 @@
 //! A Monte Carlo run that was thought out beforehand.
 
 use super::total_variation::bins;
+use crate::frame::Frame;
 use crate::moves::{EventChains, LocalMoves, Moves};
-use crate::observer::{Frame, Observer, ObserverError};
+use crate::observer::{Observer, ObserverError};
 use crate::{Error, Field, Scene, Simulation, Slab, TemperatureProfile};
 use std::fmt;
 

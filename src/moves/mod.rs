@@ -19,8 +19,9 @@ pub use event_chain::{EventChains, FieldEvent};
 pub use local::{LocalMoves, TunedDisplacements};
 
 use crate::configuration::Configuration;
-use crate::drive::{Drive, Phase};
-use crate::observer::{MoveCounts, Recorder};
+use crate::drive::Drive;
+use crate::frame::{MoveCounts, Phase};
+use crate::observer::Recorder;
 use crate::random::Generator;
 use crate::{Error, Field, Scene, Slab, TemperatureProfile};
 

@@ -9,7 +9,8 @@ mod visit;
 
 use super::{LocalMoves, Sweep, local};
 use crate::configuration::{Contact, wrap};
-use crate::drive::{Drive, Phase};
+use crate::drive::Drive;
+use crate::frame::Phase;
 use crate::observer::{AcceptedMove, Collision};
 use crate::random::{Generator, exponential, index, unit};
 use crate::{Error, Field, Slab, TemperatureProfile};

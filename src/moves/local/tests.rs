@@ -3,9 +3,9 @@
 use super::*;
 use crate::Scene;
 use crate::configuration::Configuration;
-use crate::drive::{Automatic, Phase, Scheme};
+use crate::drive::{Automatic, Scheme};
 use crate::field::UniformField;
-use crate::observer::MoveCounts;
+use crate::frame::{MoveCounts, Phase};
 use crate::statistics::BlockAverages;
 use crate::temperature::Isothermal;
 
@@ -45,7 +45,7 @@ impl Column {
         self.engine
             .sweep(&mut Sweep {
                 scene: &self.scene,
-                drive: &Automatic.drive(&self.scene).unwrap(),
+                drive: &Automatic.drive(&self.scene).unwrap().0,
                 configuration: &mut self.configuration,
                 generator: &mut self.generator,
                 move_counts: &mut self.move_counts,

@@ -38,7 +38,7 @@ impl<F, T, S> Column for Simulation<F, T, S>
 where
     F: Field + Clone,
     T: TemperatureProfile + Clone,
-    S: drive::Scheme<F, T, Drive: Clone>,
+    S: drive::Scheme<F, T, Drive: Clone, Adaptation: Clone>,
 {
     fn equilibrate(&mut self, sweeps: u64) -> Result<f64, Failure> {
         let start = cpu_seconds();
@@ -107,7 +107,7 @@ fn with_moves<F, T, S>(
 where
     F: Field + Clone + 'static,
     T: TemperatureProfile + Clone + 'static,
-    S: drive::Scheme<F, T, Drive: Clone> + 'static,
+    S: drive::Scheme<F, T, Drive: Clone, Adaptation: Clone> + 'static,
 {
     let moves = match method.moves {
         Moves::Paper => LocalMoves::new(DISPLACEMENT)?.into(),

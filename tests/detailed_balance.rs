@@ -159,7 +159,7 @@ proptest! {
         triples in triples_in(slab()),
     ) {
         let scene = Scene::new(slab(), 100, field.make(&slab()), Isothermal::new(temperature).unwrap()).unwrap();
-        let (drive, _) = Automatic.drive(&scene).unwrap();
+        let drive = Automatic.drive(&scene).unwrap().0;
         let potential = |height: f64| field.potential(height) / temperature;
         check_detailed_balance(rule(&drive, &scene), potential, &pairs, EXACT + field.accuracy()).unwrap();
         check_cycles(rule(&drive, &scene), &triples, reference(), EXACT).unwrap();
@@ -213,7 +213,7 @@ proptest! {
         };
         for bins in [590, 2360] {
             let width = (slab().height() - 1.0) / f64::from(bins);
-            let (drive, _) = EquationOfStateClosure::new(NoInteraction).bin_width(width).unwrap().drive(&scene).unwrap();
+            let drive = EquationOfStateClosure::new(NoInteraction).bin_width(width).unwrap().drive(&scene).unwrap().0;
             let nearest_edge = |height: f64| {
                 let edge = 0.5 + ((height - 0.5) / width).round() * width;
                 edge.clamp(slab().lowest_center(), slab().highest_center())
@@ -332,7 +332,7 @@ const TABULATED: f64 = 1e-5;
 #[test]
 fn the_right_rule_passes_what_the_wrong_ones_fail() {
     let scene = steep_scene();
-    let (drive, _) = EquationOfStateClosure::new(NoInteraction).drive(&scene).unwrap();
+    let drive = EquationOfStateClosure::new(NoInteraction).drive(&scene).unwrap().0;
     check_detailed_balance(rule(&drive, &scene), ideal_potential, &steep_pairs(), TABULATED).unwrap();
     check_cycles(rule(&drive, &scene), &steep_triples(), reference(), EXACT).unwrap();
 }
@@ -367,7 +367,7 @@ fn temperature_of_the_starting_point_is_noticed() {
 #[test]
 fn temperature_put_into_the_boltzmann_factor_is_noticed() {
     let scene = steep_scene();
-    let (drive, _) = TemperatureInMetropolis.drive(&scene).unwrap();
+    let drive = TemperatureInMetropolis.drive(&scene).unwrap().0;
     // It is a potential, so cycles say nothing; it is not the right one.
     check_cycles(rule(&drive, &scene), &steep_triples(), reference(), EXACT).unwrap();
     let outcome = check_detailed_balance(rule(&drive, &scene), ideal_potential, &steep_pairs(), TABULATED);
@@ -377,7 +377,7 @@ fn temperature_put_into_the_boltzmann_factor_is_noticed() {
 #[test]
 fn equation_thirty_one_as_printed_is_noticed() {
     let scene = steep_scene();
-    let (drive, _) = EquationThirtyOneAsPrinted.drive(&scene).unwrap();
+    let drive = EquationThirtyOneAsPrinted.drive(&scene).unwrap().0;
     check_cycles(rule(&drive, &scene), &steep_triples(), reference(), EXACT).unwrap();
     let outcome = check_detailed_balance(rule(&drive, &scene), ideal_potential, &steep_pairs(), TABULATED);
     assert!(matches!(outcome, Err(Violation::WrongRatio { .. })), "{outcome:?}");

@@ -5,7 +5,7 @@ use crate::frame::{Frame, Phase};
 use crate::observer::{Observer, ObserverError};
 use crate::scene::AnyScene;
 use crate::statistics::{BlockAverages, Estimate, blocking, drift};
-use crate::{Error, TemperatureProfile};
+use crate::{Error, Merge, TemperatureProfile};
 use std::fmt;
 
 /// Both sides of the sum rule that the effective field must fulfil, from the production run of a mapped scene.
@@ -83,18 +83,6 @@ impl ForceBalance {
     #[must_use]
     pub fn observations(&self) -> u64 {
         self.averages.observations()
-    }
-
-    /// Adds what an independent replica of the scene has seen.
-    ///
-    /// # Errors
-    /// [`Error::InvalidParameter`] unless the numbers of bands are the same.
-    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
-        self.averages.merge(&other.averages)?;
-        self.replica_drifts.extend(other.own_drift().ok());
-        self.replica_drifts.extend_from_slice(&other.replica_drifts);
-        self.certifiable &= other.certifiable;
-        Ok(())
     }
 
     /// Heights, `P_iso` T/W there, and W over the largest W; upwards.
@@ -247,6 +235,16 @@ impl Observer for ForceBalance {
         let lid = [lid.density_times_area(), frame.lid_pressure() * self.base_area];
         self.sample[2 * bands..].copy_from_slice(&[lid[0], lid[1], center, center * center]);
         Ok(self.averages.push(&self.sample)?)
+    }
+}
+
+impl Merge for ForceBalance {
+    fn merge(&mut self, other: &Self) -> Result<(), Error> {
+        self.averages.merge(&other.averages)?;
+        self.replica_drifts.extend(other.own_drift().ok());
+        self.replica_drifts.extend_from_slice(&other.replica_drifts);
+        self.certifiable &= other.certifiable;
+        Ok(())
     }
 }
 

@@ -1,5 +1,6 @@
 //! Tables on the terminal: one row per quantity, one column per case.
 
+use gradient_mc::statistics::Estimate;
 use std::fmt;
 
 /// A table with a label at the head of each row.
@@ -18,6 +19,11 @@ impl Table {
     pub fn row(&mut self, label: &str, cells: impl IntoIterator<Item = String>) {
         self.rows.push(std::iter::once(label.to_owned()).chain(cells).collect());
     }
+}
+
+/// A number with its error, in per cent.
+pub fn percent(Estimate { mean, standard_error, .. }: Estimate) -> String {
+    Estimate::new(100.0 * mean, 100.0 * standard_error).to_string()
 }
 
 impl fmt::Display for Table {

@@ -1,7 +1,10 @@
-//! Six temperatures on two threads to one table with error bars: `cargo run --release --example parameter_sweep`.
+//! Six temperatures on two threads to one table with error bars.
 //!
-//! Writes `out/parameter_sweep/center_of_mass.csv`: the height of the center of mass of a column against its temperature,
-//! with its standard error once from the blocks of all runs and once from the scatter of replicas, and what theory has.
+//! `cargo run --release --example parameter_sweep`
+//!
+//! Writes `out/parameter_sweep/center_of_mass.csv`: the height of the center of mass of a column
+//! against its temperature, with its standard error once from the blocks of all runs and once from
+//! the scatter of replicas, and what theory has.
 
 use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::field::UniformField;

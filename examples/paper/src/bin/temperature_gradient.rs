@@ -200,9 +200,8 @@ fn verdicts(outcomes: &[Outcome], full: bool) -> Verdicts {
             let largest = groups::largest(deviations.iter().map(|deviation| deviation.standard_error));
             let claim = format!("β = {decay_rate}: largest error of P/(nTZ) − 1");
             verdicts.at_most("17", &claim, Estimate::exact(largest), LARGEST_ERROR);
-            let certified = f64::from(u8::from(certificate.is_converged()));
             let claim = format!("β = {decay_rate}: runs are certified: {certificate}");
-            verdicts.at_least("17", &claim, Estimate::exact(certified), 1.0);
+            verdicts.is_so("17", &claim, certificate.is_converged());
         }
     }
     verdicts

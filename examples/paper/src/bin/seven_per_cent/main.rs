@@ -74,7 +74,7 @@ fn setups(full: bool, session: &Session) -> Vec<Setup> {
     let mut add = |scheme, moves, area, bin, side, part: u64| {
         let setup = setup(scheme, moves, area, bin, side, session.seed(setups.len() as u64));
         setups.push(if session.short {
-            Setup { approach: [20, 50], equilibration: 50, sweeps: 100, ..setup }
+            Setup { area: setup.area / 4.0, approach: [20, 50], equilibration: 50, sweeps: 400, ..setup }
         } else {
             Setup { equilibration: setup.equilibration / part.min(2), sweeps: setup.sweeps / part, ..setup }
         });

@@ -25,9 +25,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let outcomes = Replicas::new(4).seed(1).threads(2).run_each(&TEMPERATURES, |&temperature, replica| {
         let builder = Simulation::builder(scene(temperature)?).moves(EventChains::default());
         let mut simulation = builder.seed(replica.seed()).build()?;
-        simulation.equilibrate(200, &mut ())?;
+        simulation.equilibrate(1000, &mut ())?;
         let mut center_of_mass = CenterOfMass::new();
-        simulation.run(1000, &mut center_of_mass)?;
+        simulation.run(10_000, &mut center_of_mass)?;
         Ok(center_of_mass)
     })?;
     let mut table = "# heights in d, temperatures in m g d; errors are one standard error\n\

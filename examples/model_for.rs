@@ -5,7 +5,7 @@
 use gradient_mc::field::UniformField;
 use gradient_mc::model::{Model, total_variation_distance};
 use gradient_mc::moves::EventChains;
-use gradient_mc::observers::DensityProfile;
+use gradient_mc::observers::{Bins, DensityProfile};
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Error, Scene, Simulation, Slab};
 
@@ -15,7 +15,7 @@ fn main() -> Result<(), Error> {
 
     // What is true: a long run, in bins of a diameter.
     let mut simulation = Simulation::builder(scene).moves(EventChains::default()).seed(7).build()?;
-    let mut profile = DensityProfile::new(&slab, 30)?;
+    let mut profile = DensityProfile::new(&slab, Bins::of_width(1.0))?;
     simulation.equilibrate(2000, &mut ())?;
     simulation.run(50_000, &mut profile)?;
     let truth = profile.means();
@@ -26,7 +26,7 @@ fn main() -> Result<(), Error> {
     println!(
         "asked     model                 share of spheres at a wrong height (the truth is known to {known_to:.4})"
     );
-    for tolerance in [0.3, 0.05, 0.01] {
+    for tolerance in [0.3, 0.05, 0.004] {
         let choice = scene.model_for(tolerance)?;
         let name = match choice.model() {
             Model::IdealGas(_) => "ideal gas".to_owned(),

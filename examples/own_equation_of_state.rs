@@ -7,7 +7,7 @@ use gradient_mc::field::UniformField;
 use gradient_mc::moves::EventChains;
 use gradient_mc::observers::CenterOfMass;
 use gradient_mc::temperature::Isothermal;
-use gradient_mc::{EquationOfState, Error, Hydrostatics, Scene, Simulation, Slab};
+use gradient_mc::{EquationOfState, Error, Scene, Simulation, Slab};
 
 /// Z = 1 + 4η + 10η²: exact in the dilute limit, too soft in a dense one.
 #[derive(Clone, Copy)]
@@ -27,15 +27,13 @@ fn main() -> Result<(), Error> {
     for particles in [36, 108, 360] {
         let scene = Scene::new(slab, particles, UniformField::default(), temperature)?;
         let spheres = scene.column_density();
-        let own = Hydrostatics::new(UniformField::default(), temperature, ThreeVirialCoefficients)
-            .between_walls(&slab, spheres)?;
-        let best = Hydrostatics::new(UniformField::default(), temperature, ModifiedKolafa)
-            .between_walls(&slab, spheres)?;
+        let own = scene.hydrostatics(&ThreeVirialCoefficients)?;
+        let best = scene.hydrostatics(&ModifiedKolafa)?;
 
         let mut simulation = Simulation::builder(scene).moves(EventChains::default()).seed(1).build()?;
         let mut center_of_mass = CenterOfMass::new();
         simulation.equilibrate(500, &mut ())?;
-        simulation.run(3000, &mut center_of_mass)?;
+        simulation.run(20_000, &mut center_of_mass)?;
         println!(
             "{spheres:6.1}   {:18.3}   {:13.3}   {}",
             own.center_of_mass(),

@@ -5,10 +5,8 @@
 use gradient_mc::drive::SelfConsistent;
 use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::moves::EventChains;
-use gradient_mc::observers::EquationOfStateProfile;
-use gradient_mc::{
-    EquationOfState, Error, Every, Field, Hydrostatics, Scene, Simulation, Slab, TemperatureProfile,
-};
+use gradient_mc::observers::{Bins, EquationOfStateProfile};
+use gradient_mc::{Error, Every, Field, Scene, Simulation, Slab, TemperatureProfile};
 
 /// a(x) = 1 + rate x: the potential is its integral.
 struct Centrifuge {
@@ -37,18 +35,19 @@ impl TemperatureProfile for HotPlate {
 fn main() -> Result<(), Error> {
     let slab = Slab::new(80.0, 7.0, 7.0)?;
     let (field, temperature) = (Centrifuge { rate: 0.05 }, HotPlate { plate: 10.0, far: 4.0, depth: 10.0 });
-    let theory = Hydrostatics::new(&field, &temperature, ModifiedKolafa).between_walls(&slab, 10.0)?;
-    let scene = Scene::new(slab, 490, &field, &temperature)?;
+    let scene = Scene::with_column_density(slab, 10.0, field, temperature)?;
+    let theory = scene.hydrostatics(&ModifiedKolafa)?;
 
     let builder = Simulation::builder(scene).scheme(SelfConsistent::default()).moves(EventChains::default());
     let mut simulation = builder.seed(1).build()?;
     simulation.equilibrate(1500, &mut ())?;
-    let mut profile = Every::new(2, EquationOfStateProfile::with_range(&slab, 2.0, 26.0, 8)?);
+    let mut profile =
+        Every::new(2, EquationOfStateProfile::new(&slab, Bins::of_width(3.0).from(2.0).to(26.0))?);
     simulation.run(3000, &mut profile)?;
 
     println!("height/d   n d³              theory     P/(nTZ) − 1");
     let points = profile.observer.points()?;
-    let deviations = profile.observer.deviations_from(|eta| ModifiedKolafa.compressibility_factor(eta))?;
+    let deviations = profile.observer.deviations_from(&ModifiedKolafa)?;
     for (point, deviation) in points.iter().zip(deviations) {
         let expected = theory.number_density(point.height);
         let density = point.number_density.to_string();

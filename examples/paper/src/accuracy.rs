@@ -88,7 +88,7 @@ mod tests {
         let reference = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1e-3];
         let mut values = reference;
         (values[0], values[8], values[9], values[10]) = (9.0, 1.03, 0.96, 9.0);
-        let expected = ((0.03 * 0.03 + 0.04 * 0.04) / 2.0_f64).sqrt();
+        let expected = f64::midpoint(0.03 * 0.03, 0.04 * 0.04).sqrt();
         assert_relative_eq!(bulk_deviation(&values, &reference, &reference), expected, epsilon = 1e-12);
         assert_relative_eq!(root_mean_square([3.0, 4.0]), 12.5_f64.sqrt());
         assert!(root_mean(&[]).is_nan());

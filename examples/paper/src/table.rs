@@ -22,8 +22,8 @@ impl Table {
 }
 
 /// A number with its error, in per cent.
-pub fn percent(Estimate { mean, standard_error, .. }: Estimate) -> String {
-    Estimate::new(100.0 * mean, 100.0 * standard_error).to_string()
+pub fn percent(estimate: Estimate) -> String {
+    (100.0 * estimate).to_string()
 }
 
 impl fmt::Display for Table {

@@ -33,7 +33,7 @@ fn main() -> Result<(), Error> {
         let mut simulation = Simulation::builder(scene).moves(EventChains::default()).seed(1).build()?;
         let mut center_of_mass = CenterOfMass::new();
         simulation.equilibrate(500, &mut ())?;
-        simulation.run(3000, &mut center_of_mass)?;
+        simulation.run(20_000, &mut center_of_mass)?;
         println!(
             "{spheres:6.1}   {:18.3}   {:13.3}   {}",
             own.center_of_mass(),

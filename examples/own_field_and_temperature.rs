@@ -41,7 +41,8 @@ fn main() -> Result<(), Error> {
     let builder = Simulation::builder(scene).scheme(SelfConsistent::default()).moves(EventChains::default());
     let mut simulation = builder.seed(1).build()?;
     simulation.equilibrate(1500, &mut ())?;
-    let mut profile = Every::new(2, EquationOfStateProfile::new(&slab, Bins::count(8).from(2.0).to(26.0))?);
+    let mut profile =
+        Every::new(2, EquationOfStateProfile::new(&slab, Bins::of_width(3.0).from(2.0).to(26.0))?);
     simulation.run(3000, &mut profile)?;
 
     println!("height/d   n d³              theory     P/(nTZ) − 1");

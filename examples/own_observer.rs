@@ -56,7 +56,7 @@ fn main() -> Result<(), Error> {
         let mut simulation = Simulation::builder(scene).moves(LocalMoves::tuned()).seed(1).build()?;
         let mut layers = LayersAtBase { base_area: slab.base_area(), densities: BlockAverages::new(3)? };
         simulation.equilibrate(2000, &mut ())?;
-        simulation.run(40_000, &mut layers)?;
+        simulation.run(100_000, &mut layers)?;
 
         // The parabola with these means, at the wall; its error by the jackknife, since layers are correlated.
         let at_wall = |mean: &[f64]| [(11.0 * mean[0] - 7.0 * mean[1] + 2.0 * mean[2]) / 6.0];

@@ -20,8 +20,8 @@ pub struct Theory;
 
 impl Start for Theory {
     /// # Errors
-    /// What [`Hydrostatics`] returns, and [`Error::LatticeFull`] when the lattice that fits the slab
-    /// has too few sites.
+    /// What [`Hydrostatics`] returns, and [`Error::LatticeFull`] when the lattice that fits the
+    /// slab has too few sites.
     fn place(&self, scene: &AnyScene<'_>, generator: &mut Generator) -> Result<Vec<Vector3<f64>>, Error> {
         // Sites per sphere where the profile is densest: enough vacancies to move.
         const ROOM: f64 = 1.15;

@@ -13,9 +13,9 @@ use std::sync::Arc;
 /// The one required method is the potential, because differences of it decide every move; the
 /// acceleration is its derivative. Where only a(x) is known, [`FieldFn`] integrates it.
 ///
-/// A field is shared between the threads of a sweep, and moves with its scene to threads of a user's own: so it is `Send`
-/// and `Sync`, and its `&`, `Box` and `Arc` are fields too, but not its `Rc`. With `Box<dyn Field>` a scene is chosen at
-/// run time (see [`Scene`](crate::Scene)).
+/// A field is shared between the threads of a sweep, and moves with its scene to threads of a
+/// user's own: so it is `Send` and `Sync`, and its `&`, `Box` and `Arc` are fields too, but not its
+/// `Rc`. With `Box<dyn Field>` a scene is chosen at run time (see [`Scene`](crate::Scene)).
 ///
 /// ```
 /// use gradient_mc::Field;

@@ -121,14 +121,14 @@ impl Monitor {
         }
     }
 
-    /// Whether the moves of the sweep that comes, or has just come, are recorded. Some of the equilibration are too, to
-    /// have the memory for it.
+    /// Whether the moves of the sweep that comes, or has just come, are recorded. Some of the
+    /// equilibration are too, to have the memory for it.
     fn is_recording(&self) -> bool {
         self.records && self.seen.is_multiple_of(Self::SWEEPS_BETWEEN_RECORDS)
     }
 
-    /// Counts the moves and trials of a sweep that was recorded: spheres are picked uniformly, so a band has as many
-    /// trials as spheres.
+    /// Counts the moves and trials of a sweep that was recorded: spheres are picked uniformly, so a
+    /// band has as many trials as spheres.
     fn count_moves(&mut self, frame: &Frame<'_>) {
         let Acceptance { bands, trials, accepted, accepted_now } = &mut self.acceptance;
         for (sum, now) in accepted.iter_mut().zip(accepted_now) {

@@ -27,8 +27,9 @@ use std::sync::Arc;
 /// type VaryingTemperature = Simulation<UniformField, ExponentialTemperature>;
 /// ```
 ///
-/// The third parameter is the scheme by which a temperature that varies enters (see [`drive`](crate::drive)). It may be
-/// left out: [`Automatic`] suits any temperature, and isothermal scenes hold nothing for those that vary.
+/// The third parameter is the scheme by which a temperature that varies enters (see
+/// [`drive`](crate::drive)). It may be left out: [`Automatic`] suits any temperature, and
+/// isothermal scenes hold nothing for those that vary.
 ///
 /// A run has two phases. [`equilibrate`](Self::equilibrate) lets the drive adapt;
 /// [`run`](Self::run) measures, with whatever the drive froze. Observers look after every sweep.
@@ -61,7 +62,8 @@ pub struct Simulation<F, T, S: Scheme<F, T> = Automatic> {
     balance: Option<Box<ForceBalance>>,
 }
 
-/// Collects the choices that make a [`Simulation`]: a scheme, a start, moves and a seed, in any order.
+/// Collects the choices that make a [`Simulation`]: a scheme, a start, moves and a seed, in any
+/// order.
 #[derive(Clone)]
 pub struct SimulationBuilder<F, T, S = Automatic> {
     scene: Scene<F, T>,
@@ -72,8 +74,8 @@ pub struct SimulationBuilder<F, T, S = Automatic> {
 }
 
 impl<F: Field, T: TemperatureProfile> Simulation<F, T> {
-    /// Describes a simulation of `scene`: the [`Automatic`] scheme, a start at the theory profile, [`Moves::default`] and
-    /// seed 0, until told otherwise.
+    /// Describes a simulation of `scene`: the [`Automatic`] scheme, a start at the theory profile,
+    /// [`Moves::default`] and seed 0, until told otherwise.
     pub fn builder(scene: Scene<F, T>) -> SimulationBuilder<F, T> {
         SimulationBuilder { scene, scheme: Automatic, start: Arc::new(Theory), moves: None, seed: 0 }
     }
@@ -107,9 +109,10 @@ impl<F: Field, T: TemperatureProfile, S> SimulationBuilder<F, T, S> {
     /// Makes the drive, places the spheres and checks them.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for displacements that are too large for the slab, [`Error::UnsuitableMoves`] for moves
-    /// that the scheme does not take; what scheme and start return; [`Error::OutsideSlab`] and [`Error::Overlap`] with the
-    /// indices of the spheres; [`Error::WrongParticleCount`] if the start does not place as many as the scene has.
+    /// [`Error::InvalidParameter`] for displacements that are too large for the slab,
+    /// [`Error::UnsuitableMoves`] for moves that the scheme does not take; what scheme and start
+    /// return; [`Error::OutsideSlab`] and [`Error::Overlap`] with the indices of the spheres;
+    /// [`Error::WrongParticleCount`] if the start does not place as many as the scene has.
     pub fn build(self) -> Result<Simulation<F, T, S>, Error>
     where
         S: Scheme<F, T>,
@@ -268,8 +271,8 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     /// Whether the production run so far can be trusted: whether the field it was made in is that of the density which
     /// it made, to a relative `tolerance`, and whether the column was at rest.
     ///
-    /// An isothermal scene has no field that could be wrong: there only the column is judged, and the verdict is
-    /// [`Isothermal`](crate::drive::Convergence::Isothermal) if it is at rest.
+    /// An isothermal scene has no field that could be wrong: there only the column is judged, and
+    /// the verdict is [`Isothermal`](crate::drive::Convergence::Isothermal) if it is at rest.
     ///
     /// ```
     /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::ExponentialTemperature};
@@ -308,7 +311,8 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
         &self.adaptation
     }
 
-    /// Pressure on the lid in m g/d² that the potential in force assumes: what a pressure profile starts from.
+    /// Pressure on the lid in m g/d² that the potential in force assumes: what a pressure profile
+    /// starts from.
     pub fn lid_pressure(&self) -> f64 {
         self.driven.drive.lid_pressure()
     }

@@ -21,8 +21,8 @@ use std::sync::Arc;
 /// assert!(Bump.logarithmic_gradient(40.0).abs() < 1e-9);
 /// ```
 ///
-/// A profile is `Send` and `Sync`, as a [`Field`](crate::Field) is and for the same reasons; its `&`, `Box` and `Arc` are
-/// profiles too.
+/// A profile is `Send` and `Sync`, as a [`Field`](crate::Field) is and for the same reasons; its
+/// `&`, `Box` and `Arc` are profiles too.
 pub trait TemperatureProfile: Send + Sync {
     /// T(x): positive and finite over the whole slab.
     fn temperature(&self, height: f64) -> f64;
@@ -32,10 +32,11 @@ pub trait TemperatureProfile: Send + Sync {
         differentiate(|x| self.temperature(x), height, 1e-3) / self.temperature(height)
     }
 
-    /// The temperature if it is the same at all heights and that is known without a look at them; by default unknown.
+    /// The temperature if it is the same at all heights and that is known without a look at them;
+    /// by default unknown.
     ///
-    /// A scene whose profile answers runs as fast as one of [`Isothermal`]; one whose profile only turns out to be
-    /// constant is isothermal as well.
+    /// A scene whose profile answers runs as fast as one of [`Isothermal`]; one whose profile only
+    /// turns out to be constant is isothermal as well.
     #[inline]
     fn constant(&self) -> Option<f64> {
         None
@@ -266,8 +267,8 @@ pub(crate) fn probe<T: TemperatureProfile + ?Sized>(profile: &T, slab: &Slab) ->
     Ok(())
 }
 
-/// The temperature of a slab if it is the same at all heights, to rounding: known, or found by a look at four heights to
-/// a diameter. A profile has been probed at forty.
+/// The temperature of a slab if it is the same at all heights, to rounding: known, or found by a
+/// look at four heights to a diameter. A profile has been probed at forty.
 pub(crate) fn constant<T: TemperatureProfile + ?Sized>(profile: &T, slab: &Slab) -> Option<f64> {
     const DENSITY: f64 = 4.0;
     const LEAST: u32 = 256;

@@ -63,7 +63,8 @@ fn the_isothermal_potential_is_the_closed_form_to_the_bit() {
     check(&Scene::new(slab, 200, field, chosen).unwrap());
 }
 
-/// Allocations of 200 sweeps of production, after 2200 in which everything grows as large as it will.
+/// Allocations of 200 sweeps of production, after 2200 in which everything grows as large as it
+/// will.
 fn allocations_of_production(moves: impl Into<Moves>) -> u64 {
     let mut simulation = Simulation::builder(isothermal()).moves(moves).seed(1).build().unwrap();
     simulation.equilibrate(2000, &mut ()).unwrap();

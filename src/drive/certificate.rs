@@ -52,7 +52,8 @@ impl ForceBalance {
     /// Fewest sweeps of production that can be judged.
     pub(crate) const FEWEST_SWEEPS: u64 = Self::FEWEST_CONFIGURATIONS * Self::SWEEPS_BETWEEN_LOOKS;
 
-    /// Nothing yet. `certifiable` is whether the potential does not change with every configuration.
+    /// Nothing yet. `certifiable` is whether the potential does not change with every
+    /// configuration.
     pub(crate) fn new(scene: &AnyScene<'_>, certifiable: bool) -> Self {
         let (lowest, extent) = (scene.slab().lowest_center(), scene.slab().height() - 1.0);
         let bands = extent.round().clamp(1.0, Self::MOST_BANDS);
@@ -275,7 +276,8 @@ impl ForceBalancePoint {
 pub struct Certificate {
     /// The verdict.
     pub convergence: Convergence,
-    /// Height at which the residual is largest, in diameters; NaN where there is none, in an isothermal scene.
+    /// Height at which the residual is largest, in diameters; NaN where there is none, in an
+    /// isothermal scene.
     pub height: f64,
     /// What was tolerated.
     pub tolerance: f64,
@@ -293,7 +295,8 @@ pub struct Certificate {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Convergence {
-    /// The temperature is the same everywhere, so no field had to be found, and the column is at rest.
+    /// The temperature is the same everywhere, so no field had to be found, and the column is at
+    /// rest.
     Isothermal,
     /// Field and density belong to each other within the tolerance, known to half of it (the pressure on the lid: to all of
     /// it), and the column is at rest.
@@ -342,10 +345,12 @@ impl fmt::Display for Suggestion {
 }
 
 impl Certificate {
-    /// That of a run at one temperature, from the heights of its center of mass: only whether it is at rest is in question.
+    /// That of a run at one temperature, from the heights of its center of mass: only whether it is
+    /// at rest is in question.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a tolerance that is not positive and finite; [`Error::TooFewObservations`].
+    /// [`Error::InvalidParameter`] for a tolerance that is not positive and finite;
+    /// [`Error::TooFewObservations`].
     pub(crate) fn isothermal(centers: &[f64], tolerance: f64) -> Result<Self, Error> {
         let tolerance = Error::require_positive("tolerance of the balance of forces", tolerance)?;
         let (drift, mean) = (drift(centers)?, blocking(centers)?);

@@ -12,8 +12,8 @@ use crate::{Error, Field, Scene, TemperatureProfile};
 /// be: one that reached below could not tell over what range its spheres bear the weight. At constant temperature C is
 /// zero to the last bit. Between edges u' is off by at most half the bin width times u''.
 ///
-/// As a [`Drive`] it is frozen: detailed balance is exact. An [`Adaptation`](super::Adaptation) may set it from P/n in
-/// every bin.
+/// As a [`Drive`] it is frozen: detailed balance is exact. An [`Adaptation`](super::Adaptation) may
+/// set it from P/n in every bin.
 ///
 /// ```
 /// use gradient_mc::drive::{Drive, EffectivePotential};
@@ -116,7 +116,8 @@ impl EffectivePotential {
         })
     }
 
-    /// Sets u from P/n, in m g d, in each bin, where the pressure on the lid, in m g/d², is taken to be `lid_pressure`.
+    /// Sets u from P/n, in m g d, in each bin, where the pressure on the lid, in m g/d², is taken
+    /// to be `lid_pressure`.
     ///
     /// # Errors
     /// [`Error::InvalidPotential`] at the first height where u is not finite.

@@ -24,9 +24,9 @@
 //!
 //! u'(x) = a/T + (P/n) T'/T² = −(1/n) d(P/T)/dx,  P(x) = P(lid) + ∫ₓ a n dx'.
 //!
-//! A drive is a potential, and what adapts it is an observer that may change it: nothing else decides acceptance. To add a
-//! scheme, implement [`Scheme`] in a file of its own, with an [`EffectivePotential`] or a [`Drive`] of its own, and with an
-//! [`Adaptation`] if it changes.
+//! A drive is a potential, and what adapts it is an observer that may change it: nothing else
+//! decides acceptance. To add a scheme, implement [`Scheme`] in a file of its own, with an
+//! [`EffectivePotential`] or a [`Drive`] of its own, and with an [`Adaptation`] if it changes.
 
 mod adaptation;
 mod automatic;
@@ -95,8 +95,9 @@ pub trait Scheme<F, T> {
     /// Any [`Error`], as documented by the scheme.
     fn drive(self, scene: &Scene<F, T>) -> Result<(Self::Drive, Self::Adaptation), Error>;
 
-    /// Whether the steady state depends on the moves, because balance does not hold; by default not. If it does, a simulation
-    /// that names no moves has the paper's local ones, and event chains are refused.
+    /// Whether the steady state depends on the moves, because balance does not hold; by default
+    /// not. If it does, a simulation that names no moves has the paper's local ones, and event
+    /// chains are refused.
     fn depends_on_moves(&self) -> bool {
         false
     }

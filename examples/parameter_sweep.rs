@@ -1,7 +1,10 @@
-//! Six temperatures on two threads to one table with error bars: `cargo run --release --example parameter_sweep`.
+//! Six temperatures on two threads to one table with error bars.
 //!
-//! Writes `out/parameter_sweep/center_of_mass.csv`: the height of the center of mass of a column against its temperature,
-//! with its standard error once from the blocks of all runs and once from the scatter of replicas, and what theory has.
+//! `cargo run --release --example parameter_sweep`
+//!
+//! Writes `out/parameter_sweep/center_of_mass.csv`: the height of the center of mass of a column
+//! against its temperature, with its standard error once from the blocks of all runs and once from
+//! the scatter of replicas, and what theory has.
 
 use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::field::UniformField;
@@ -22,9 +25,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let outcomes = Replicas::new(4).seed(1).threads(2).run_each(&TEMPERATURES, |&temperature, replica| {
         let builder = Simulation::builder(scene(temperature)?).moves(EventChains::default());
         let mut simulation = builder.seed(replica.seed()).build()?;
-        simulation.equilibrate(200, &mut ())?;
+        simulation.equilibrate(1000, &mut ())?;
         let mut center_of_mass = CenterOfMass::new();
-        simulation.run(1000, &mut center_of_mass)?;
+        simulation.run(10_000, &mut center_of_mass)?;
         Ok(center_of_mass)
     })?;
     let mut table = "# heights in d, temperatures in m g d; errors are one standard error\n\

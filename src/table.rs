@@ -39,9 +39,9 @@ pub trait Row {
 
 /// Something that is written as a CSV table in one call; the feature `csv` brings it.
 ///
-/// First comes a line that begins with `#` and names the units, then the header, then a row for each point. Numbers
-/// read back as the same bits; what is not known is `NaN`. All profiles can be written, the slices of their points, and
-/// [`Layer`]s and [`DeviationPoint`]s.
+/// First comes a line that begins with `#` and names the units, then the header, then a row for
+/// each point. Numbers read back as the same bits; what is not known is `NaN`. All profiles can be
+/// written, the slices of their points, and [`Layer`]s and [`DeviationPoint`]s.
 ///
 /// ```
 /// use gradient_mc::equation_of_state::ModifiedKolafa;
@@ -62,8 +62,8 @@ pub trait WriteCsv {
     /// Writes the table.
     ///
     /// # Errors
-    /// [`Error::Write`] with what the writer returned; [`Error::TooFewObservations`] for a profile that has no errors
-    /// yet.
+    /// [`Error::Write`] with what the writer returned; [`Error::TooFewObservations`] for a profile
+    /// that has no errors yet.
     fn write_csv(&self, writer: impl Write) -> Result<(), Error>;
 }
 

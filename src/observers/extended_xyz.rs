@@ -5,13 +5,14 @@ use std::io::Write;
 
 /// Writes every frame that it sees as extended XYZ, which OVITO, ASE and others read.
 ///
-/// A frame is the number of spheres, a line with the box, and a line for each sphere: the species `X`, the center x, y,
-/// z in diameters with x up, and the radius 0.5. The box reaches from wall to wall and is periodic along y and
-/// z (`pbc="F T T"`); `sweep` is the number of the sweep. Numbers read back as the same bits, and spheres keep their
-/// places in all frames. [`Every`](crate::Every) writes fewer frames.
+/// A frame is the number of spheres, a line with the box, and a line for each sphere: the species
+/// `X`, the center x, y, z in diameters with x up, and the radius 0.5. The box reaches from wall to
+/// wall and is periodic along y and z (`pbc="F T T"`); `sweep` is the number of the sweep. Numbers
+/// read back as the same bits, and spheres keep their places in all frames. [`Every`](crate::Every)
+/// writes fewer frames.
 ///
-/// A frame is handed to the writer at once, and then flushed: a file needs no buffer. What the writer returns
-/// ends the run as the error of an observer.
+/// A frame is handed to the writer at once, and then flushed: a file needs no buffer. What the
+/// writer returns ends the run as the error of an observer.
 ///
 /// ```
 /// use gradient_mc::observers::ExtendedXyz;

@@ -327,6 +327,14 @@ pub enum Error {
         #[source]
         source: Box<dyn std::error::Error + Send + Sync>,
     },
+    /// A table could not be written.
+    #[cfg(feature = "csv")]
+    #[error("the table cannot be written")]
+    Write {
+        /// What the writer returned.
+        #[source]
+        source: std::io::Error,
+    },
     /// One of several replicas failed; its own error is the source.
     #[error("replica {replica}, of seed {seed}, failed")]
     Replica {

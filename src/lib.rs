@@ -72,6 +72,8 @@ mod simulation;
 mod slab;
 pub mod start;
 pub mod statistics;
+#[cfg(feature = "csv")]
+mod table;
 pub mod temperature;
 mod warning;
 mod warning_kind;
@@ -90,6 +92,8 @@ pub use replicas::{Outcome, Replica, Replicas};
 pub use scene::{AnyScene, Scene};
 pub use simulation::{Simulation, SimulationBuilder};
 pub use slab::Slab;
+#[cfg(feature = "csv")]
+pub use table::{Row, WriteCsv};
 pub use temperature::TemperatureProfile;
 pub use warning::{MixingEvidence, Warning};
 pub use warning_kind::WarningKind;

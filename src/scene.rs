@@ -2,10 +2,11 @@
 
 use crate::{Error, Field, Slab, TemperatureProfile, field, temperature};
 
-/// Hard spheres (diameter 1, mass 1) in a slab, under a field and a temperature that depend on height.
+/// Hard spheres (diameter 1, mass 1) in a slab, under a field and a temperature that depend on
+/// height.
 ///
-/// A scene is checked once, here, so that nothing downstream has to: field and temperature are probed
-/// at thousands of heights.
+/// A scene is checked once, here, so that nothing downstream has to: field and temperature are
+/// probed at thousands of heights.
 ///
 /// ```
 /// use gradient_mc::{Scene, Slab, field::UniformField, temperature::Isothermal};
@@ -52,8 +53,8 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
     /// # Errors
     /// [`Error::InvalidParameter`] without spheres, [`Error::SlabTooLarge`] above
     /// [`Slab::MAXIMUM_VOLUME`], [`Error::TooManyParticles`] above close packing,
-    /// [`Error::InvalidField`], [`Error::InconsistentField`] or [`Error::InvalidTemperature`] with the
-    /// height at which a probe failed.
+    /// [`Error::InvalidField`], [`Error::InconsistentField`] or [`Error::InvalidTemperature`] with
+    /// the height at which a probe failed.
     pub fn new(slab: Slab, particles: usize, field: F, temperature: T) -> Result<Self, Error> {
         if particles == 0 {
             let requirement = "a scene needs at least one sphere";
@@ -75,10 +76,12 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
         Ok(Self { slab, particles, field, temperature })
     }
 
-    /// Puts as many spheres in the slab as make `column_density` spheres per area of the base, N/A, rounded to a whole
-    /// number; [`column_density`](Self::column_density) tells what it has become.
+    /// Puts as many spheres in the slab as make `column_density` spheres per area of the base, N/A,
+    /// rounded to a whole number; [`column_density`](Self::column_density) tells what it has
+    /// become.
     ///
-    /// Columns of one N/A are the same but for their base: the weight of the column fixes the pressure.
+    /// Columns of one N/A are the same but for their base: the weight of the column fixes the
+    /// pressure.
     ///
     /// ```
     /// use gradient_mc::{Scene, Slab, field::UniformField, temperature::Isothermal};
@@ -89,8 +92,8 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
     /// ```
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a column density that is not positive and finite, or so small that no sphere
-    /// is left; those of [`new`](Self::new).
+    /// [`Error::InvalidParameter`] for a column density that is not positive and finite, or so
+    /// small that no sphere is left; those of [`new`](Self::new).
     pub fn with_column_density(
         slab: Slab,
         column_density: f64,

@@ -28,9 +28,7 @@ const SPHERES_PER_AREA: f64 = 12.0;
 
 fn scene<F: Field, T: TemperatureProfile>(height: f64, width: f64, field: F, temperature: T) -> Scene<F, T> {
     let slab = Slab::new(height, width, width).unwrap();
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let particles = (SPHERES_PER_AREA * slab.base_area()).round() as usize;
-    Scene::new(slab, particles, field, temperature).unwrap()
+    Scene::with_column_density(slab, SPHERES_PER_AREA, field, temperature).unwrap()
 }
 
 /// In a uniform field; T = 6 packs the base as T = 20 does the paper's column.

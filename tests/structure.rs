@@ -51,7 +51,7 @@ fn layers_at_the_base_of_a_fluid() {
     let first = layers[0].lateral_density;
     assert!((first.mean - 0.771).abs() < 0.02 + 4.0 * first.standard_error, "{first}");
     assert!(first.standard_error < 0.01, "{first}");
-    assert_eq!(layers[0].position, Estimate::new(0.5, 0.0));
+    assert_eq!(layers[0].position, Estimate::exact(0.5));
     for (layer, low, high) in [(&layers[1], 1.44, 1.56), (&layers[2], 2.34, 2.5), (&layers[3], 3.2, 3.5)] {
         let position = layer.position;
         assert!(position.mean > low && position.mean < high && position.standard_error < 0.08, "{position}");

@@ -23,9 +23,7 @@ const TEMPERATURE: f64 = 3.75;
 
 fn scene<F: Field, T: TemperatureProfile>(height: f64, width: f64, field: F, temperature: T) -> Scene<F, T> {
     let slab = Slab::new(height, width, width).unwrap();
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let particles = (SPHERES_PER_AREA * slab.base_area()).round() as usize;
-    Scene::new(slab, particles, field, temperature).unwrap()
+    Scene::with_column_density(slab, SPHERES_PER_AREA, field, temperature).unwrap()
 }
 
 fn isothermal(height: f64, temperature: f64) -> Scene<UniformField, Isothermal> {
@@ -244,10 +242,9 @@ fn a_column_that_freezes_is_warned_of_and_so_is_a_box_that_does_not_fit() {
     let temperature = 0.6;
     let cold = |width_y: f64, width_z: f64| {
         let slab = Slab::new(30.0, width_y, width_z).unwrap();
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let particles = (SPHERES_PER_AREA * slab.base_area()).round() as usize;
         let isothermal = Isothermal::new(temperature).unwrap();
-        let scene = Scene::new(slab, particles, UniformField::default(), isothermal).unwrap();
+        let scene =
+            Scene::with_column_density(slab, SPHERES_PER_AREA, UniformField::default(), isothermal).unwrap();
         local(ClosePacked, 0.1, [0, 200]).of(scene, &mut ())
     };
     let warnings = cold(6.0, 6.0);

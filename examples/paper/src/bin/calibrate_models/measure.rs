@@ -3,7 +3,7 @@
 use crate::reference::{Effort, Reference};
 use gradient_mc::equation_of_state::{ModifiedKolafa, packing_fraction};
 use gradient_mc::model::{IdealColumn, MonteCarloPlan, MoveFamily, densities, total_variation_distance};
-use gradient_mc::{Error, HydrostaticProfile, Hydrostatics};
+use gradient_mc::{Error, HydrostaticProfile};
 use paper::calibration::data::{Base, ColumnRow, Plan, Seeds};
 use paper::calibration::scenes::{Column, Parameters};
 use paper::clock::cpu_seconds;
@@ -80,8 +80,7 @@ fn one(first_seed: u64, index: usize, parameters: Parameters, lengths: Lengths) 
 }
 
 fn theory(scene: &Column) -> Result<HydrostaticProfile, Error> {
-    Hydrostatics::new(scene.field(), scene.temperature(), ModifiedKolafa)
-        .between_walls(scene.slab(), scene.column_density())
+    scene.hydrostatics(&ModifiedKolafa)
 }
 
 /// The median CPU time of some work.

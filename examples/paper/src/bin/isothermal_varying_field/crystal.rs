@@ -245,10 +245,7 @@ impl Crystal {
             .iter()
             .map(|point| {
                 let pressure = point.pressure;
-                let scaled = Estimate::new(
-                    pressure.mean / point.temperature,
-                    pressure.standard_error / point.temperature,
-                );
+                let scaled = pressure / point.temperature;
                 Crossing::new(point.height, scaled)
             })
             .collect();

@@ -248,7 +248,7 @@ impl Protocol {
     }
 
     fn stage(&self, moves: Moves, sweeps: [u64; 2], interval: u64) -> Stage {
-        let [equilibration, measured] = sweeps.map(|sweeps| if self.short { sweeps / 10 } else { sweeps });
+        let [equilibration, measured] = sweeps.map(|sweeps| if self.short { sweeps / 5 } else { sweeps });
         Stage { moves, equilibration, intervals: vec![measured], interval }
     }
 

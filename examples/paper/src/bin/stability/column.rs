@@ -6,9 +6,7 @@ use crate::verdict::Quantity;
 use gradient_mc::drive::Scheme;
 use gradient_mc::equation_of_state::{FluidSolid, ModifiedKolafa};
 use gradient_mc::observers::{Bins, CenterOfMass, DensityProfile, EquationOfStateProfile};
-use gradient_mc::{
-    Error, Every, Field, HydrostaticProfile, Hydrostatics, Scene, Simulation, Slab, TemperatureProfile,
-};
+use gradient_mc::{Error, Every, Field, HydrostaticProfile, Scene, Simulation, Slab, TemperatureProfile};
 
 /// How long a run is.
 #[derive(Debug, Clone, Copy)]
@@ -37,8 +35,7 @@ pub(crate) fn scene<F: Field, T: TemperatureProfile>(
 pub(crate) fn theory<F: Field, T: TemperatureProfile>(
     scene: &Scene<F, T>,
 ) -> Result<HydrostaticProfile, Error> {
-    Hydrostatics::new(scene.field(), scene.temperature(), FluidSolid::default())
-        .between_walls(scene.slab(), scene.column_density())
+    scene.hydrostatics(&FluidSolid::default())
 }
 
 /// A run and what it measured.
@@ -92,8 +89,7 @@ impl Run {
         quantity.truth_error = uncertainty / truth;
         quantity.start = Some(self.first_center / truth - 1.0);
         let drift = self.center_of_mass.drift()?;
-        quantity.drift =
-            Some(gradient_mc::statistics::Estimate::new(drift.mean / truth, drift.standard_error / truth));
+        quantity.drift = Some(drift / truth);
         Ok(quantity)
     }
 

@@ -88,7 +88,7 @@ fn square(a: [f64; 3], b: [f64; 3], kept: &impl Fn(f64) -> f64) -> f64 {
 fn quantities(square: Estimate, pairs: f64) -> [Quantity; 2] {
     let expected = MAXIMUM_DISPLACEMENT * MAXIMUM_DISPLACEMENT / 3.0;
     let steps = Quantity::relative("mean square of steps", square, expected).tolerating(0.03, 0.03);
-    let pairs = Quantity::absolute("overlapping pairs", Estimate::new(pairs, 0.0)).tolerating(0.5, 0.5);
+    let pairs = Quantity::absolute("overlapping pairs", Estimate::exact(pairs)).tolerating(0.5, 0.5);
     [steps, pairs]
 }
 

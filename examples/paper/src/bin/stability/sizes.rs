@@ -42,7 +42,7 @@ fn start(start: impl Start + 'static, density: f64, trial: Trial) -> Result<Find
     let simulation = Simulation::builder(scene).start(start).seed(trial.seed).build()?;
     let missing =
         (particles - simulation.positions().len()) as f64 + overlaps(&simulation.positions(), width).0;
-    let quantity = Quantity::absolute("spheres missing or overlapping", Estimate::new(missing, 0.0));
+    let quantity = Quantity::absolute("spheres missing or overlapping", Estimate::exact(missing));
     Ok(Findings { quantities: vec![quantity.tolerating(0.5, 0.5)], ..Findings::default() })
 }
 
@@ -146,7 +146,7 @@ fn crowd(spheres: f64, chains: bool, trial: Trial) -> Result<Findings, Failure> 
     let mut quantity = Quantity::relative("center of mass", center_of_mass.estimate()?, truth);
     quantity.start = Some(first / truth - 1.0);
     let drift = center_of_mass.drift()?;
-    quantity.drift = Some(Estimate::new(drift.mean / truth, drift.standard_error / truth));
+    quantity.drift = Some(drift / truth);
     let remark = format!(
         "{:.0} ns per move, {} bytes more per sphere",
         1e9 * seconds / (made.trials + made.events).max(1) as f64,

@@ -8,10 +8,16 @@ macro_rules! kinds {
         /// What a [`Warning`] is about, without its numbers: to count, filter and look up by.
         ///
         /// ```
-        /// use gradient_mc::{Warning, WarningKind};
-        /// let warning = Warning::LidTooLow { lid: 30.0, pressure_ratio: 0.02 };
-        /// assert_eq!(warning.kind(), WarningKind::LidTooLow);
-        /// assert_eq!(warning.kind().to_string(), "lid too low");
+        /// use gradient_mc::{Scene, Simulation, Slab, WarningKind};
+        /// use gradient_mc::{field::UniformField, temperature::Isothermal};
+        /// let slab = Slab::new(60.0, 6.0, 6.0)?;
+        /// let scene = Scene::new(slab, 360, UniformField::default(), Isothermal::new(5.0)?)?;
+        /// let mut simulation = Simulation::builder(scene).build()?;
+        /// simulation.run(10, &mut ())?;
+        /// let kinds: Vec<WarningKind> = simulation.warnings().iter().map(|warning| warning.kind()).collect();
+        /// assert_eq!(kinds, [WarningKind::TooShort]);
+        /// assert_eq!(kinds[0].to_string(), "too short to be judged");
+        /// # Ok::<(), gradient_mc::Error>(())
         /// ```
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[non_exhaustive]

@@ -19,7 +19,8 @@ pub struct Theory;
 
 impl Start for Theory {
     /// # Errors
-    /// What [`Scene::hydrostatics`] returns, and [`Error::LatticeFull`] when the lattice that fits the slab
+    /// What [`Scene::hydrostatics`](crate::Scene::hydrostatics) returns, and
+    /// [`Error::LatticeFull`] when the lattice that fits the slab
     /// has too few sites.
     fn place(&self, scene: &AnyScene<'_>, generator: &mut Generator) -> Result<Vec<Vector3<f64>>, Error> {
         // Sites per sphere where the profile is densest: enough vacancies to move.

@@ -2,13 +2,13 @@
 
 use super::Start;
 use super::close_packed::Lattice;
-use crate::equation_of_state::FluidSolid;
-use crate::hydrostatics::Hydrostatics;
+use crate::equation_of_state::{FluidSolid, ModifiedKolafa};
 use crate::{Error, Field, Generator, Scene, TemperatureProfile};
 use nalgebra::Vector3;
 
 /// Spheres on random sites of a close-packed lattice, as many in each layer as the hydrostatic
-/// profile of the scene has there (modified Kolafa-Labík-Malijevský fluid, Speedy solid).
+/// profile of the scene has there (modified Kolafa-Labík-Malijevský fluid, Speedy solid; the fluid alone in a box
+/// without weight that is half frozen, where the solid may be anywhere).
 ///
 /// The lattice makes any packing possible; its vacancies let it melt within some five hundred sweeps
 /// wherever the fluid is stable. The column as a whole starts close to its steady state, which saves
@@ -19,7 +19,7 @@ pub struct Theory;
 
 impl Start for Theory {
     /// # Errors
-    /// What [`Hydrostatics`] returns, and [`Error::LatticeFull`] when the lattice that fits the slab
+    /// What [`Scene::hydrostatics`] returns, and [`Error::LatticeFull`] when the lattice that fits the slab
     /// has too few sites.
     fn place<F: Field, T: TemperatureProfile>(
         &self,
@@ -29,8 +29,10 @@ impl Start for Theory {
         // Sites per sphere where the profile is densest: enough vacancies to move.
         const ROOM: f64 = 1.15;
         let equation_of_state = FluidSolid::default();
-        let profile = Hydrostatics::new(scene.field(), scene.temperature(), &equation_of_state)
-            .between_walls(scene.slab(), scene.column_density())?;
+        let profile = scene.hydrostatics(&equation_of_state).or_else(|error| match error {
+            Error::HydrostaticsNotConverged { .. } => scene.hydrostatics(&ModifiedKolafa),
+            error => Err(error),
+        })?;
         let slab = scene.slab();
         let mut lattice = Lattice::densest(slab);
         let (_, densest) = profile.density_maximum();
@@ -46,5 +48,26 @@ impl Start for Theory {
             counts[layer] += 1;
         }
         lattice.fill(scene, generator, |layer| counts[layer])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::equation_of_state::number_density;
+    use crate::field::UniformField;
+    use crate::temperature::Isothermal;
+    use crate::{Simulation, Slab};
+
+    /// Between freezing and melting, where fluid and solid of a box without weight may sit anywhere.
+    #[test]
+    fn a_half_frozen_box_without_weight_starts() {
+        for packing_fraction in [0.49, 0.5, 0.53] {
+            let height = 1000.0 / (100.0 * number_density(packing_fraction));
+            let slab = Slab::new(height, 10.0, 10.0).unwrap();
+            let field = UniformField::new(0.0).unwrap();
+            let scene = Scene::new(slab, 1000, field, Isothermal::new(20.0).unwrap()).unwrap();
+            Simulation::builder(scene).seed(1).build().unwrap();
+        }
     }
 }

@@ -59,8 +59,7 @@ fn normal_pressure_carries_the_weight_layers_included() {
     let lateral = |bin: usize| deviation("lateral", chains[bin][1], weights[bin], 0.03);
     let lateral: Vec<f64> = (0..weights.len()).map(lateral).collect();
     println!("{lateral:.1?}");
-    let unlike = lateral.iter().filter(|deviation| deviation.abs() > 4.0).count();
-    assert!(lateral[0] > 4.0 && lateral[1] < -4.0 && unlike > 3, "{lateral:.1?}");
+    assert!(lateral[0] > 4.0 && lateral[1] < -4.0 && lateral[2] > 4.0, "{lateral:.1?}");
 }
 
 #[test]

@@ -331,7 +331,7 @@ fn a_column_takes_few_evaluations() {
         Hydrostatics::new(&field, temperature, CarnahanStarling).column_density(40.0).unwrap();
         let evaluations = field.take();
         println!("T0 {t0}, alpha {alpha}, beta {beta}: {evaluations}");
-        assert!(evaluations < 200_000, "T0 {t0}, alpha {alpha}, beta {beta}: {evaluations}");
+        assert!(evaluations < 100_000, "T0 {t0}, alpha {alpha}, beta {beta}: {evaluations}");
     }
 }
 

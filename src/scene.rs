@@ -14,6 +14,30 @@ use crate::{Error, Field, Slab, TemperatureProfile, field, temperature};
 /// assert_eq!(scene.column_density(), 40.0);
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```
+///
+/// Field and temperature may be chosen at run time, and scenes of different kinds kept together:
+///
+/// ```
+/// use gradient_mc::{Field, Scene, Simulation, Slab, TemperatureProfile, field::*, temperature::*};
+/// type ChosenScene = Scene<Box<dyn Field>, Box<dyn TemperatureProfile>>;
+/// fn chosen(rate: f64, decay: f64) -> Result<ChosenScene, gradient_mc::Error> {
+///     let field: Box<dyn Field> =
+///         if rate == 0.0 { Box::new(UniformField::default()) } else { Box::new(ExponentialField::new(rate)?) };
+///     let temperature: Box<dyn TemperatureProfile> = if decay == 0.0 {
+///         Box::new(Isothermal::new(5.0)?)
+///     } else {
+///         Box::new(ExponentialTemperature::new(5.0, decay)?)
+///     };
+///     Scene::new(Slab::new(40.0, 5.0, 5.0)?, 100, field, temperature)
+/// }
+/// let scenes = vec![chosen(0.0, 0.0)?, chosen(0.02, 0.0)?, chosen(0.0, 0.02)?];
+/// std::thread::scope(|scope| {
+///     for scene in scenes {
+///         scope.spawn(move || Simulation::builder(scene).build()?.run(10, &mut ()));
+///     }
+/// });
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Scene<F, T> {
     slab: Slab,
@@ -78,6 +102,25 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let particles = particles.round() as usize;
         Self::new(slab, particles, field, temperature)
+    }
+}
+
+/// A scene of any field and temperature, borrowed: what code that must not depend on their types is given.
+pub type AnyScene<'a> = Scene<&'a dyn Field, &'a dyn TemperatureProfile>;
+
+impl<F: Field, T: TemperatureProfile> Scene<F, T> {
+    /// The same scene, with field and temperature behind references; it costs nothing and probes nothing.
+    pub fn as_any(&self) -> AnyScene<'_> {
+        let Self { slab, particles, field, temperature } = self;
+        Scene { slab: *slab, particles: *particles, field, temperature }
+    }
+}
+
+#[cfg(test)]
+impl<F, T> Scene<F, T> {
+    /// A scene that was not checked: tests put spheres where they like.
+    pub(crate) fn unchecked(slab: Slab, particles: usize, field: F, temperature: T) -> Self {
+        Self { slab, particles, field, temperature }
     }
 }
 

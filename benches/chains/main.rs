@@ -265,9 +265,8 @@ fn check_newtonian() -> Result<(), Error> {
 }
 
 fn rows() -> Result<Vec<(String, Method)>, Error> {
-    let slab = Slab::new(HEIGHT, 5.0, 5.0)?;
     let mut rows =
-        vec![("local moves, S = 0.75".to_string(), Method::Library(LocalMoves::new(0.75, &slab)?.into()))];
+        vec![("local moves, S = 0.75".to_string(), Method::Library(LocalMoves::new(0.75)?.into()))];
     for length in [10.0, 50.0, 200.0, 1000.0, 5000.0] {
         let moves = EventChains::with_length(length)?.field_event(FieldEvent::Relocate).local_moves(None);
         rows.push((format!("relocate, length {length}"), Method::Library(moves.into())));
@@ -281,7 +280,7 @@ fn rows() -> Result<Vec<(String, Method)>, Error> {
         rows.push((format!("relocate, tuned, vertical {fraction}"), Method::Library(moves.into())));
     }
     for displacement in [0.2, 0.5] {
-        let local = LocalMoves::new(displacement, &slab)?;
+        let local = LocalMoves::new(displacement)?;
         let moves = EventChains::default().local_moves(Some(local));
         rows.push((format!("relocate, tuned, and local, S = {displacement}"), Method::Library(moves.into())));
     }

@@ -1,12 +1,14 @@
 //! What the feedback measures: numbers and weights in the bins of an effective potential.
 
-use super::effective_potential::EffectivePotential;
+use super::effective_potential::{Division, EffectivePotential};
 use crate::equation_of_state::EquationOfState;
-use crate::{Centers, Error, Field, Scene, TemperatureProfile};
+use crate::frame::Frame;
+use crate::{Error, Field, Scene, TemperatureProfile};
 
 /// Numbers and weights in bins, summed over configurations, and what they say of P/n.
 #[derive(Debug, Clone)]
 pub(super) struct ColumnAverage {
+    division: Division,
     configurations: u64,
     /// Spheres in each bin.
     counts: Vec<f64>,
@@ -16,11 +18,14 @@ pub(super) struct ColumnAverage {
 }
 
 impl ColumnAverage {
-    pub(super) fn new(bins: usize) -> Self {
+    /// Nothing yet, in the bins of a potential.
+    pub(super) fn new(potential: &EffectivePotential) -> Self {
+        let division = potential.division();
         Self {
+            division,
             configurations: 0,
-            counts: vec![0.0; bins],
-            weights: vec![0.0; bins],
+            counts: vec![0.0; division.bins],
+            weights: vec![0.0; division.bins],
             lid: LidContact::default(),
         }
     }
@@ -36,18 +41,14 @@ impl ColumnAverage {
         self.lid = LidContact::default();
     }
 
-    pub(super) fn add<F: Field, T>(
-        &mut self,
-        potential: &EffectivePotential,
-        scene: &Scene<F, T>,
-        centers: Centers<'_>,
-    ) {
+    /// Adds a configuration.
+    pub(super) fn add(&mut self, frame: &Frame<'_>) {
         self.configurations += 1;
-        let highest = scene.slab().highest_center();
-        centers.for_each_height(|height| {
-            let bin = potential.bin(height);
+        let (highest, field) = (frame.slab().highest_center(), frame.field());
+        frame.for_each_height(|height| {
+            let bin = self.division.bin(height);
             self.counts[bin] += 1.0;
-            self.weights[bin] += scene.field().acceleration(height);
+            self.weights[bin] += field.acceleration(height);
             self.lid.add(highest - height);
         });
     }
@@ -220,7 +221,7 @@ mod tests {
             let potential = EffectivePotential::new(&scene, width).unwrap();
             let prior = Prior::new(&scene, &potential, &ModifiedKolafa, 1e-9).unwrap();
             let theory = scene.hydrostatics(&ModifiedKolafa).unwrap();
-            let mut average = ColumnAverage::new(potential.bins());
+            let mut average = ColumnAverage::new(&potential);
             average.configurations = 1;
             for (bin, height) in potential.heights().enumerate() {
                 let (low, high) = (height - 0.5 * width, height + 0.5 * width);

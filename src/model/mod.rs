@@ -18,14 +18,12 @@ mod constants;
 mod ideal_column;
 mod outlook;
 mod plan;
-mod planned_drive;
 mod reason;
 mod total_variation;
 
 pub use choice::{Assessment, Model, ModelChoice};
 pub use ideal_column::IdealColumn;
 pub use plan::{MonteCarloPlan, MoveFamily};
-pub use planned_drive::{Planned, PlannedDrive};
 pub use reason::{Reason, Wall};
 pub use total_variation::{densities, total_variation_distance};
 

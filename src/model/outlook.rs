@@ -8,11 +8,10 @@ use super::constants::{
 };
 use super::ideal_column::IdealColumn;
 use super::plan::{MonteCarloPlan, MoveFamily};
-use super::planned_drive::constant_temperature;
 use super::total_variation::{densities, total_variation_distance};
 use crate::equation_of_state::{FREEZING, FluidSolid, ModifiedKolafa};
 use crate::hydrostatics::DomainExit;
-use crate::{Error, Field, HydrostaticProfile, Scene, TemperatureProfile};
+use crate::{Error, Field, HydrostaticProfile, Scene, TemperatureProfile, temperature};
 
 /// Spheres per area of a wall that the theory between walls puts into the wrong bin, as a function of the packing fraction at the wall.
 ///
@@ -83,7 +82,7 @@ impl Outlook {
             freezing,
             column_density,
             height: slab.height(),
-            isothermal: constant_temperature(scene).is_some(),
+            isothermal: temperature::constant(scene.temperature(), scene.slab()).is_some(),
             spread,
         })
     }

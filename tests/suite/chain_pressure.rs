@@ -1,7 +1,7 @@
 //! The pressure from event chains: against the weight of the column, which it does not know, and
 //! against the equation of state.
 
-use gradient_mc::drive::{ClosedForm, EquationOfStateClosure, Scheme};
+use gradient_mc::drive::{Automatic, EquationOfStateClosure, Scheme};
 use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa, number_density};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::EventChains;
@@ -51,7 +51,7 @@ where
 
 #[test]
 fn normal_pressure_carries_the_weight_layers_included() {
-    let (chains, weights) = column(Isothermal::new(5.0).unwrap(), ClosedForm);
+    let (chains, weights) = column(Isothermal::new(5.0).unwrap(), Automatic);
     for (bin, ([normal, _], weight)) in chains.iter().zip(&weights).enumerate() {
         agree(&format!("bin {bin}"), *normal, *weight, 0.01);
     }

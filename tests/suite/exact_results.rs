@@ -24,7 +24,7 @@ fn one_sphere<F: Field, T: TemperatureProfile>(
 ) -> SimulationBuilder<F, T> {
     let slab = Slab::new(height, 8.0, 8.0).unwrap();
     let scene = Scene::new(slab, 1, field, temperature).unwrap();
-    Simulation::builder(scene).maximum_displacement(4.0).seed(11)
+    Simulation::builder(scene).moves(LocalMoves::new(4.0).unwrap()).seed(11)
 }
 
 #[test]
@@ -106,8 +106,9 @@ macro_rules! scheme_of_itself {
     ($($rule:ty),+) => {$(
         impl<F: Field, T: TemperatureProfile> Scheme<F, T> for $rule {
             type Drive = Self;
-            fn drive(self, _: &Scene<F, T>) -> Result<Self, Error> {
-                Ok(self)
+    type Adaptation = ();
+            fn drive(self, _: &Scene<F, T>) -> Result<(Self, ()), Error> {
+                Ok((self, ()))
             }
         }
     )+};
@@ -147,7 +148,7 @@ fn self_consistent_field_of_a_dilute_gas_is_the_ideal_one() {
     let scene = Scene::new(slab, 16, field, temperature).unwrap();
     let mut simulation = Simulation::builder(scene)
         .scheme(SelfConsistent::default())
-        .maximum_displacement(4.0)
+        .moves(LocalMoves::new(4.0).unwrap())
         .seed(3)
         .build()
         .unwrap();
@@ -168,7 +169,7 @@ fn two_spheres() {
     let scene = Scene::new(slab, 2, UniformField::default(), Isothermal::new(1.0).unwrap()).unwrap();
     let build = || {
         let builder = Simulation::builder(scene).start(RandomInsertion::default());
-        builder.maximum_displacement(1.2).seed(5).build().unwrap()
+        builder.moves(LocalMoves::new(1.2).unwrap()).seed(5).build().unwrap()
     };
     let heights = center_of_mass(build(), 4_000_000, 10);
     agrees("mean height", heights.estimate().unwrap(), TWO_SPHERES_MEAN, 0.003).unwrap();
@@ -192,7 +193,7 @@ fn column(
 #[test]
 fn contact_density_carries_the_weight() {
     let temperature = 3.0;
-    let moves = LocalMoves::new(1.0, &Slab::new(60.0, 6.0, 6.0).unwrap()).unwrap();
+    let moves = LocalMoves::new(1.0).unwrap();
     let mut simulation = column(144, 6.0, temperature, moves, 22);
     // Bins of 0.02 from the contact height; the density there is the intercept of a parabola in ln n.
     let profile = DensityProfile::new(simulation.scene().slab(), Bins::count(10).from(0.5).to(0.7)).unwrap();

@@ -5,6 +5,7 @@
 
 #![allow(clippy::disallowed_methods, unreachable_pub)]
 
+mod adaptation;
 mod chain_pressure;
 mod common;
 mod detailed_balance;

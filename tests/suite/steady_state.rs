@@ -3,7 +3,7 @@
 //! Errors come from independent replicas, so that they contain whatever a single run cannot know about
 //! itself: its slowest mode, and the noise that a self-consistent field was frozen with.
 
-use gradient_mc::drive::{ClosedForm, Drive, Scheme, SelfConsistent};
+use gradient_mc::drive::{Automatic, Scheme, SelfConsistent};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::EventChains;
 use gradient_mc::observers::{Bins, CenterOfMass, DensityProfile};
@@ -19,8 +19,8 @@ const BANDS: usize = 5;
 const SIGMAS: f64 = 6.0;
 
 /// Center of mass and densities of one replica.
-fn observe<T: TemperatureProfile, D: Drive<UniformField, T>>(
-    mut simulation: Simulation<UniformField, T, D>,
+fn observe<T: TemperatureProfile, S: Scheme<UniformField, T>>(
+    mut simulation: Simulation<UniformField, T, S>,
     equilibration: u64,
     sweeps: u64,
 ) -> Vec<f64> {
@@ -86,7 +86,7 @@ fn side<T, S, P>(
 where
     T: TemperatureProfile + Copy,
     S: Scheme<UniformField, T> + Copy,
-    P: Start + Copy,
+    P: Start + Copy + 'static,
 {
     let slab = Slab::new(80.0, 5.0, 5.0).unwrap();
     let scene = Scene::new(slab, 250, UniformField::default(), temperature).unwrap();
@@ -100,11 +100,11 @@ where
 #[test]
 fn isothermal_column_from_above_and_below() {
     let temperature = Isothermal::new(5.0).unwrap();
-    let high = side(temperature, ClosedForm, RandomInsertion::default(), 100, 500, 2_500);
-    let low = side(temperature, ClosedForm, ClosePacked, 200, 500, 2_500);
+    let high = side(temperature, Automatic, RandomInsertion::default(), 100, 500, 2_500);
+    let low = side(temperature, Automatic, ClosePacked, 200, 500, 2_500);
     meet(&high, &low, 0.01).unwrap();
     // Without the equilibration they do not: the test would notice.
-    let early = side(temperature, ClosedForm, RandomInsertion::default(), 100, 0, 50);
+    let early = side(temperature, Automatic, RandomInsertion::default(), 100, 0, 50);
     is_above(&early, &low, 0.05).unwrap();
 }
 

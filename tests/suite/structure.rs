@@ -1,7 +1,7 @@
 //! Observers of structure, end to end: fluids and crystals whose structure is known.
 
 use gradient_mc::field::UniformField;
-use gradient_mc::moves::EventChains;
+use gradient_mc::moves::{EventChains, LocalMoves};
 use gradient_mc::observers::{
     Bins, BondOrder, CenterOfMass, DensityProfile, HexaticOrder, Layer, NeighborAngles, RadialDistribution,
     Structure, StructureProfile,
@@ -120,7 +120,8 @@ fn recognized(packing_fraction: f64) -> f64 {
     let slab = Slab::new(1.0 + 13.0 * layer_distance + 0.8 * (spacing - 1.0), width_y, width_z).unwrap();
     let positions = crystal.positions();
     let scene = column(slab, positions.len(), 0.0, 1.0);
-    let builder = Simulation::builder(scene).start(Positions(positions)).maximum_displacement(0.12);
+    let builder =
+        Simulation::builder(scene).start(Positions(positions)).moves(LocalMoves::new(0.12).unwrap());
     let mut simulation = builder.seed(3).build().unwrap();
     let letters = crystal.letters.as_bytes();
     let mut order = BondOrder::new(&slab).unwrap();
@@ -163,7 +164,8 @@ fn crystals_under_their_weight_keep_their_stacking() {
         let slab = Slab::new(30.0, width_y, width_z).unwrap();
         let positions = crystal.positions();
         let scene = column(slab, positions.len(), 1.0, temperature);
-        let builder = Simulation::builder(scene).start(Positions(positions)).maximum_displacement(0.15);
+        let builder =
+            Simulation::builder(scene).start(Positions(positions)).moves(LocalMoves::new(0.15).unwrap());
         let mut simulation = builder.seed(4).build().unwrap();
         simulation.equilibrate(6000, &mut ()).unwrap();
         let mut density = DensityProfile::new(&slab, Bins::count(800).from(0.5).to(20.5)).unwrap();
@@ -238,7 +240,7 @@ fn relaxation_of_a_column_is_found() {
     let heights = |start_high: bool| {
         let scene = column(slab, 360, 1.0, 5.0);
         let mut center = CenterOfMass::new();
-        let builder = Simulation::builder(scene).maximum_displacement(3.0).seed(5);
+        let builder = Simulation::builder(scene).moves(LocalMoves::new(3.0).unwrap()).seed(5);
         if start_high {
             builder.start(RandomInsertion::default()).build().unwrap().run(20_000, &mut center).unwrap();
         } else {

@@ -106,7 +106,7 @@ fn watch_growth(
     let slab = base.slab()?;
     let mut rate = protocol.growth.rate(0.0);
     let column = Column { rate, base };
-    let moves = protocol.growth.moves(&slab)?;
+    let moves = protocol.growth.moves()?;
     let mut simulation = Simulation::builder(column.scene()?)
         .start(RandomInsertion::default())
         .moves(moves)

@@ -67,7 +67,7 @@ impl Gradient {
         let slab = *scene.slab();
         let moves = EventChains::default().local_moves(Some(LocalMoves::tuned()));
         let mut column =
-            Simulation::builder(scene).start(RandomInsertion::new(0.4)).moves(moves).seed(seed).build()?;
+            Simulation::builder(scene).start(RandomInsertion::new(0.4)?).moves(moves).seed(seed).build()?;
         let mut equilibration = cpu_seconds() - begin;
         // Some hundreds.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]

@@ -33,7 +33,7 @@ pub(crate) fn table(seed: u64) -> Result<Table, Failure> {
         let scene = Scene::with_column_density(slab, 19.0 * number_density(eta), field, temperature)?;
         let displacement = local.displacement();
         let builder = || Simulation::builder(scene).seed(seed);
-        let mut trials = builder().moves(LocalMoves::new(displacement, &slab)?).build()?;
+        let mut trials = builder().moves(LocalMoves::new(displacement)?).build()?;
         let mut events = builder().moves(EventChains::default().local_moves(None)).build()?;
         trials.equilibrate(200, &mut ())?;
         events.equilibrate(200, &mut ())?;

@@ -3,7 +3,7 @@
 use crate::map::{Findings, Trial};
 use crate::said;
 use crate::verdict::Quantity;
-use gradient_mc::drive::Drive;
+use gradient_mc::drive::Scheme;
 use gradient_mc::equation_of_state::{FluidSolid, ModifiedKolafa};
 use gradient_mc::observers::{Bins, CenterOfMass, DensityProfile, EquationOfStateProfile};
 use gradient_mc::{Error, Every, Field, HydrostaticProfile, Scene, Simulation, Slab, TemperatureProfile};
@@ -52,8 +52,8 @@ pub(crate) struct Run {
 const CONTACT_BINS: usize = 10;
 
 /// Equilibrates and measures.
-pub(crate) fn run<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
-    mut simulation: Simulation<F, T, D>,
+pub(crate) fn run<F: Field, T: TemperatureProfile, S: Scheme<F, T>>(
+    mut simulation: Simulation<F, T, S>,
     length: Length,
     trial: Trial,
 ) -> Result<Run, Error> {

@@ -180,7 +180,7 @@ fn library(height: f64, trial: Trial) -> Result<Findings, Failure> {
     let slab = Slab::new(2.0 * height, WIDTH, WIDTH)?;
     let scene = Scene::new(slab, SPHERES, Trough { height }, Isothermal::new(TEMPERATURE)?)?;
     let positions = inserted(height, |value| value, &mut Pcg64Mcg::seed_from_u64(trial.seed));
-    let moves = LocalMoves::new(MAXIMUM_DISPLACEMENT, scene.slab())?;
+    let moves = LocalMoves::new(MAXIMUM_DISPLACEMENT)?;
     let builder = Simulation::builder(scene).start(Positions(vectors(&positions))).moves(moves);
     let mut simulation = builder.seed(trial.seed).build()?;
     let mut steps = Steps::default();

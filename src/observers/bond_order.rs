@@ -282,7 +282,7 @@ mod tests {
     }
 
     /// Independent displacements, which disturb bonds more than those of a crystal, where neighbors move
-    /// together; for these see `tests/structure.rs`.
+    /// together; for these see `tests/suite/structure.rs`.
     #[test]
     fn crystals_with_noise_are_recognized() {
         for letters in STACKINGS {

@@ -1,7 +1,5 @@
 //! Observers of structure, end to end: fluids and crystals whose structure is known.
 
-#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
-
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves};
 use gradient_mc::observers::{

@@ -3,8 +3,6 @@
 //! Variants of `Warning` one by one, and healthy runs without any, are in `warnings.rs`; here is what the maps of the example
 //! `stability` show.
 
-#![allow(clippy::unwrap_used)]
-
 use gradient_mc::drive::{
     Automatic, AveragedThenFrozen, Drive, EquationOfStateClosure, Instantaneous, RunningAverage, Scheme,
     SelfConsistent,

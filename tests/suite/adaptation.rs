@@ -2,8 +2,6 @@
 //! single moves and collisions that an observer is shown, and the potential that it changes is in
 //! force from the next sweep on.
 
-#![allow(clippy::unwrap_used, clippy::float_cmp)]
-
 use gradient_mc::drive::{Adaptation, EffectivePotential, Scheme};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};

@@ -225,15 +225,28 @@ impl<T: Fn(f64) -> f64 + Sync> TemperatureProfile for TemperatureFn<T> {
     }
 }
 
+/// The temperature of a slab if it is the same at all heights, to rounding.
+pub(crate) fn constant<T: TemperatureProfile + ?Sized>(profile: &T, slab: &Slab) -> Option<f64> {
+    const ROUNDING: f64 = 1e-12;
+    // A profile was checked at forty heights per diameter.
+    let first = profile.temperature(0.0);
+    let mut others = heights(slab, 4.0, 256.0).map(|height| profile.temperature(height));
+    others.all(|temperature| (temperature / first - 1.0).abs() < ROUNDING).then_some(first)
+}
+
+/// Heights from base to lid, so many to a diameter, but not fewer than `least` in all.
+fn heights(slab: &Slab, density: f64, least: f64) -> impl Iterator<Item = f64> {
+    // Heights are at most 1e6.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let probes = (density * slab.height()).ceil().max(least) as u32;
+    let height = slab.height();
+    (0..=probes).map(move |probe| height * f64::from(probe) / f64::from(probes))
+}
+
 /// Checks a profile over the whole slab: positive and finite.
 pub(crate) fn probe<T: TemperatureProfile + ?Sized>(profile: &T, slab: &Slab) -> Result<(), Error> {
     // Forty probes to a diameter however tall the slab is.
-    const LEAST: f64 = 16_384.0;
-    // Heights are at most 1e6.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let probes = (40.0 * slab.height()).ceil().max(LEAST) as u32;
-    for probe in 0..=probes {
-        let height = slab.height() * f64::from(probe) / f64::from(probes);
+    for height in heights(slab, 40.0, 16_384.0) {
         let temperature = profile.temperature(height);
         if !(temperature.is_finite() && temperature > 0.0) {
             return Err(Error::InvalidTemperature { height, temperature });

@@ -39,6 +39,7 @@ mod running_average;
 mod self_consistent;
 
 pub use certificate::{Certificate, Convergence, ForceBalance, ForceBalancePoint, Suggestion};
+pub use counting_noise::over_weight;
 pub use effective_potential::EffectivePotential;
 pub use equation_of_state_closure::{EquationOfStateClosure, Imposed};
 pub use instantaneous::{EverySweep, Instantaneous, InstantaneousDrive};

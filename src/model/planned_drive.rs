@@ -1,7 +1,7 @@
 //! The drive of a plan, for any temperature profile.
 
 use crate::drive::{Drive, ForceBalance, Phase, Scheme, SelfConsistent, SelfConsistentDrive};
-use crate::{Centers, Error, Field, Scene, TemperatureProfile, Warning};
+use crate::{Centers, Error, Field, Scene, TemperatureProfile, Warning, temperature};
 
 /// The scheme of a [`MonteCarloPlan`](super::MonteCarloPlan): φ/T in closed form where the profile turns out to be constant, the
 /// [`SelfConsistent`] iteration where it varies. A plan is made for scenes whose type does not say which.
@@ -18,29 +18,13 @@ enum Kind {
     Iterated(Box<SelfConsistentDrive>),
 }
 
-/// The temperature of a scene if it is the same at all heights, to rounding.
-pub(super) fn constant_temperature<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>) -> Option<f64> {
-    /// Probes per diameter: a scene was checked at forty.
-    const DENSITY: f64 = 4.0;
-    const LEAST: u32 = 256;
-    const ROUNDING: f64 = 1e-12;
-    let height = scene.slab().height();
-    // Heights are at most 1e6.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let probes = ((DENSITY * height).ceil() as u32).max(LEAST);
-    let temperature =
-        |probe: u32| scene.temperature().temperature(height * f64::from(probe) / f64::from(probes));
-    let first = temperature(0);
-    (1..=probes).all(|probe| (temperature(probe) / first - 1.0).abs() < ROUNDING).then_some(first)
-}
-
 impl<F: Field, T: TemperatureProfile> Scheme<F, T> for Planned {
     type Drive = PlannedDrive;
 
     /// # Errors
     /// [`Error::InvalidPotential`] where φ/T overflows; what [`SelfConsistent`] returns.
     fn drive(self, scene: &Scene<F, T>) -> Result<PlannedDrive, Error> {
-        let Some(temperature) = constant_temperature(scene) else {
+        let Some(temperature) = temperature::constant(scene.temperature(), scene.slab()) else {
             return Ok(PlannedDrive(Kind::Iterated(Box::new(SelfConsistent::default().drive(scene)?))));
         };
         let height = scene.slab().height();

@@ -71,7 +71,7 @@ impl StructureProfile {
     fn with_bins(slab: &Slab, bins: Bins) -> Result<Self, Error> {
         let components = VALUES * bins.count();
         let averages = BlockAverages::new(components)?;
-        Ok(Self { bins, order: BondOrder::new(slab)?, sample: vec![0.0; components], averages })
+        Ok(Self { bins, order: BondOrder::new(slab), sample: vec![0.0; components], averages })
     }
 
     /// Frames observed.

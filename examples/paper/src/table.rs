@@ -1,6 +1,12 @@
 //! Tables on the terminal: one row per quantity, one column per case.
 
+use gradient_mc::statistics::Estimate;
 use std::fmt;
+
+/// A relative deviation with its error, in per cent.
+pub fn percent(deviation: Estimate) -> String {
+    Estimate::new(100.0 * deviation.mean, 100.0 * deviation.standard_error).to_string()
+}
 
 /// A table with a label at the head of each row.
 #[derive(Debug, Clone)]

@@ -22,7 +22,7 @@ use paper::arguments::SharedArguments;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use paper::interrupt::Interrupt;
 use paper::progress::Progress;
-use paper::table::Table;
+use paper::table::{Table, percent};
 use paper::{Ending, Failure, conclude, groups, output, replicas, warnings};
 use std::path::Path;
 use std::process::ExitCode;
@@ -110,10 +110,6 @@ fn replica(
     }
     let balance = simulation.force_balance().ok_or("there is a field to be judged")?.clone();
     Ok((profile.observer, balance, simulation.warnings()))
-}
-
-fn percent(deviation: Estimate) -> String {
-    Estimate::new(100.0 * deviation.mean, 100.0 * deviation.standard_error).to_string()
 }
 
 fn main() -> ExitCode {

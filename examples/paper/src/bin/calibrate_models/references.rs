@@ -90,7 +90,7 @@ fn one(index: usize, scene: HeldOut, freezes: bool, first_seed: u64) -> Result<M
     let effort = Effort { sweeps: SWEEPS, noise, most_seconds: MOST_SECONDS, seed: first_seed };
     let reference = Reference::measure(&column, effort)?;
     row[7] = reference.particles as f64;
-    row[8] = reference.replicas as f64;
+    row[8] = reference.replicas.len() as f64;
     row[9] = reference.sweeps as f64;
     row[11] = reference.noise();
     row[12] = reference.cpu_seconds;
@@ -99,7 +99,7 @@ fn one(index: usize, scene: HeldOut, freezes: bool, first_seed: u64) -> Result<M
     eprintln!(
         "scene {index}: tolerance {tolerance}, noise {:.5}, {} replicas, {:.1} CPU s",
         reference.noise(),
-        reference.replicas,
+        reference.replicas.len(),
         reference.cpu_seconds
     );
     Ok((row, profile))

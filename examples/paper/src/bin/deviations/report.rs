@@ -3,17 +3,12 @@
 use super::checks::{FEW, LINE};
 use super::outcome::{Analysis, Outcome};
 use super::run::RUNS;
-use gradient_mc::statistics::Estimate;
 use gradient_mc::statistics::deviations::expected_scatter;
 use paper::captions::write_captions;
 use paper::groups::farthest_from_zero;
-use paper::table::Table;
+use paper::table::{Table, percent};
 use paper::{Failure, output};
 use std::path::Path;
-
-fn percent(deviation: Estimate) -> String {
-    Estimate::new(100.0 * deviation.mean, 100.0 * deviation.standard_error).to_string()
-}
 
 /// One row for each set of five runs.
 pub(crate) fn table(outcomes: &[Outcome]) -> Table {

@@ -1,6 +1,7 @@
 //! One column at T = 20 in a field exp(αx): from the random start to its steady state, and what it does there.
 
 use super::protocol::{Base, Protocol, Stage};
+use cpu_time::ThreadTime;
 use gradient_mc::equation_of_state::EquationOfState;
 use gradient_mc::field::ExponentialField;
 use gradient_mc::hydrostatics::{HydrostaticProfile, Hydrostatics};
@@ -75,7 +76,7 @@ impl Column {
         interrupt: &Interrupt,
         progress: &Progress,
     ) -> Result<Run, Failure> {
-        let clock = Clock::start();
+        let clock = ThreadTime::now();
         let mut simulation =
             Simulation::builder(self.scene()?).start(start).moves(stage.moves).seed(seed).build()?;
         let mut center_of_mass = Every::new(stage.interval, CenterOfMass::new());
@@ -98,7 +99,7 @@ impl Column {
             profiles,
             positions: simulation.positions(),
             warnings: if stage.intervals.is_empty() { Vec::new() } else { simulation.warnings() },
-            busy: clock.busy(),
+            busy: clock.elapsed(),
         })
     }
 
@@ -160,24 +161,4 @@ pub(crate) fn plateau(runs: &[Run], equilibration: u64) -> Result<(CenterOfMass,
         beginnings.push(beginning);
     }
     Ok((sum, beginnings))
-}
-
-/// Processor time of this thread, since others may want the same core.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Clock(Duration);
-
-impl Clock {
-    pub(crate) fn start() -> Self {
-        Self(Self::now())
-    }
-
-    pub(crate) fn busy(&self) -> Duration {
-        Self::now().saturating_sub(self.0)
-    }
-
-    fn now() -> Duration {
-        let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
-        let part = |value: i64| u64::try_from(value).unwrap_or(0);
-        Duration::from_secs(part(time.tv_sec)) + Duration::from_nanos(part(time.tv_nsec))
-    }
 }

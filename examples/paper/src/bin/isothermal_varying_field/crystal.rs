@@ -1,8 +1,9 @@
 //! The crystal at α = 0.1: grown from a gas of spheres at random, then looked at.
 
-use super::column::{BIN, Clock, Column};
+use super::column::{BIN, Column};
 use super::front::{self, Crossing};
 use super::protocol::{Base, Protocol};
+use cpu_time::ThreadTime;
 use gradient_mc::field::ExponentialField;
 use gradient_mc::observers::{
     CenterOfMass, DensityProfile, DisplacementProfile, EquationOfStateProfile, Layer, NeighborAngles,
@@ -86,12 +87,12 @@ pub(crate) fn grow(
     interrupt: &Interrupt,
     progress: &Progress,
 ) -> Result<Crystal, Failure> {
-    let clock = Clock::start();
+    let clock = ThreadTime::now();
     let (simulation, history) = watch_growth(base, protocol, seed, interrupt, progress)?;
     let column = Column { rate: Protocol::CRYSTAL_RATE, base };
     let mut crystal = measure(column, simulation, protocol, seed, interrupt, progress)?;
     crystal.history = history;
-    crystal.busy = clock.busy();
+    crystal.busy = clock.elapsed();
     Ok(crystal)
 }
 

@@ -3,10 +3,9 @@
 use super::column::{COLUMN_DENSITY, HEIGHT, TEMPERATURE};
 use super::outcome::Outcome;
 use super::run::{MAXIMUM_DISPLACEMENT, Protocol};
-use gradient_mc::statistics::Estimate;
 use paper::captions::write_captions;
 use paper::groups::farthest_from_zero;
-use paper::table::Table;
+use paper::table::{Table, percent};
 use paper::{Failure, output};
 use std::path::Path;
 
@@ -24,11 +23,6 @@ pub(crate) fn what_was_run(protocol: &Protocol, seed: u64) -> String {
             "{ours}; the paper's: one run from n = 0.1, {sweeps} sweeps discarded and measured, field from instantaneous bins of 0.1"
         ),
     }
-}
-
-/// Deviation in per cent.
-fn percent(deviation: Estimate) -> String {
-    Estimate::new(100.0 * deviation.mean, 100.0 * deviation.standard_error).to_string()
 }
 
 /// One row per column.

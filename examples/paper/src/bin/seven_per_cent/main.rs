@@ -24,7 +24,7 @@ use gradient_mc::statistics::Estimate;
 use paper::arguments::SharedArguments;
 use paper::interrupt::Interrupt;
 use paper::progress::Progress;
-use paper::table::Table;
+use paper::table::{Table, percent};
 use paper::{Ending, Failure, conclude, output, replicas};
 use prediction::{Prediction, part_outside};
 use run::{MEASURING_BINS, MovesChoice, Outcome, SchemeChoice, Setup, Side};
@@ -190,11 +190,6 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let holds = verdicts(&runs, &scans, &prediction)?;
     println!("\n{}", holds.text);
     Ok(if holds.all { Ending::Finished } else { Ending::ClaimFailed })
-}
-
-/// P/(nTZ) − 1 in per cent.
-fn percent(deviation: Estimate) -> String {
-    Estimate::new(100.0 * deviation.mean, 100.0 * deviation.standard_error).to_string()
 }
 
 /// Bands that the table shows: the middle of each, in diameters.

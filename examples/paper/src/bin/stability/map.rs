@@ -4,10 +4,10 @@ use crate::said::Said;
 use crate::verdict::{Outcome, Quantity};
 use gradient_mc::statistics::Estimate;
 use paper::Failure;
+use paper::clock::cpu_seconds;
 use paper::interrupt::Interrupt;
 use paper::progress::Progress;
 use paper::replicas;
-use rustix::time::{ClockId, clock_gettime};
 use std::path::Path;
 
 /// What a probe found.
@@ -66,12 +66,6 @@ pub(crate) struct Measured {
     pub(crate) title: &'static str,
     pub(crate) parameter: &'static str,
     pub(crate) points: Vec<Point>,
-}
-
-/// CPU seconds of this thread.
-pub(crate) fn cpu_seconds() -> f64 {
-    let time = clock_gettime(ClockId::ThreadCPUTime);
-    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
 impl Map {

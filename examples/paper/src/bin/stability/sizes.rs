@@ -1,7 +1,7 @@
 //! Starts that do not fit, hardly any spheres, and a great many.
 
 use crate::column::{self, Length, run};
-use crate::map::{Findings, Map, cpu_seconds};
+use crate::map::{Findings, Map};
 use crate::said;
 use crate::verdict::Quantity;
 use gradient_mc::field::UniformField;
@@ -12,6 +12,7 @@ use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Scene, Simulation, Slab};
 use paper::Failure;
+use paper::clock::cpu_seconds;
 
 /// Density of a start by random insertion, and how full a box may be for the others.
 pub(crate) fn starts() -> Map {

@@ -1,7 +1,7 @@
 //! Theory beyond its domain: equations of state in columns that freeze, and steep profiles.
 
 use crate::column::{self, Length, particles, run};
-use crate::map::{Findings, Map, cpu_seconds};
+use crate::map::{Findings, Map};
 use crate::said::Said;
 use crate::verdict::Quantity;
 use gradient_mc::drive::SelfConsistent;
@@ -15,6 +15,7 @@ use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{HydrostaticProfile, Hydrostatics, Simulation, Slab};
 use paper::Failure;
+use paper::clock::cpu_seconds;
 
 /// Equations of state where the column freezes.
 pub(crate) fn equations() -> Map {

@@ -273,6 +273,17 @@ pub enum Error {
         #[source]
         source: Box<dyn std::error::Error + Send + Sync>,
     },
+    /// One of several replicas failed; its own error is the source.
+    #[error("replica {replica}, of seed {seed}, failed")]
+    Replica {
+        /// Its number, from 0.
+        replica: usize,
+        /// Its seed.
+        seed: u64,
+        /// What went wrong in it.
+        #[source]
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
 }
 
 /// A number as a message shows it: in full, or with a power of ten where that would run to many zeros.

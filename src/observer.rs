@@ -112,7 +112,7 @@ impl MoveCounts {
         self.accepted + self.events + self.chains
     }
 
-    /// What was counted since an earlier move_counts of the same run; zero if it is not earlier.
+    /// What was counted since an earlier one of the same run; zero if it is not earlier.
     #[must_use]
     pub fn since(&self, earlier: &Self) -> Self {
         Self {

@@ -10,9 +10,6 @@
 
 #![allow(clippy::print_stdout)]
 
-#[path = "../plain/mod.rs"]
-mod plain;
-
 mod feedback;
 mod packing;
 mod sizes;
@@ -27,7 +24,7 @@ use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Error, Scene, Simulation, Slab};
 use paper::Failure;
 use paper::clock::process_cpu_seconds as cpu_seconds;
-use plain::PlainColumn;
+use paper::plain::PlainColumn;
 use std::path::PathBuf;
 
 const PARTICLES: usize = 25_000;

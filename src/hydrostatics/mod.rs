@@ -16,7 +16,7 @@ mod profile;
 pub use profile::{DomainExit, HydrostaticProfile};
 
 use crate::equation_of_state::EquationOfState;
-use crate::{Error, Field, Slab, TemperatureProfile};
+use crate::{Error, Field, Scene, Slab, TemperatureProfile};
 use legendre::Legendre;
 use march::{Column, Panel};
 
@@ -170,6 +170,31 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
             lid: self.lid,
             rule: Legendre::new(),
         })
+    }
+}
+
+impl<F: Field, T: TemperatureProfile> Scene<F, T> {
+    /// The theory profile of this scene: [`Hydrostatics::between_walls`] with its field, temperature, slab and number of
+    /// spheres.
+    ///
+    /// ```
+    /// use gradient_mc::equation_of_state::ModifiedKolafa;
+    /// use gradient_mc::{Scene, Slab, field::UniformField, temperature::Isothermal};
+    /// let slab = Slab::new(400.0, 25.0, 25.0)?;
+    /// let scene = Scene::with_column_density(slab, 40.0, UniformField::default(), Isothermal::new(15.0)?)?;
+    /// let theory = scene.hydrostatics(&ModifiedKolafa)?;
+    /// println!("{:.2} at the center of mass, {:.2}", theory.number_density(40.0), theory.center_of_mass());
+    /// # Ok::<(), gradient_mc::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Hydrostatics::column_density`].
+    pub fn hydrostatics<E: EquationOfState + ?Sized>(
+        &self,
+        equation_of_state: &E,
+    ) -> Result<HydrostaticProfile, Error> {
+        Hydrostatics::new(self.field(), self.temperature(), equation_of_state)
+            .between_walls(self.slab(), self.column_density())
     }
 }
 

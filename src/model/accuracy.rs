@@ -141,6 +141,7 @@ impl Accuracy {
     ///
     /// With p the part of the spheres in a bin, it is ½ √(2/π) Σ √(p(1 − p)/samples) of n, over Σ p. Of P it is the root mean square
     /// over the bins of the relative standard deviation of Σ f p over the spheres above, f the weight of one; of Z of that of Σ f p over p.
+    #[must_use]
     pub fn noise<F: Field, T>(&self, scene: &Scene<F, T>, profile: &[f64], samples: f64) -> f64 {
         let bins = self.bins(profile);
         let all: f64 = profile.iter().sum();

@@ -49,6 +49,8 @@ impl Outlook {
         scene: &Scene<F, T>,
         accuracy: &Accuracy,
     ) -> Result<Self, Error> {
+        /// A part of what excluded volume does that is so small that errors are linear in it.
+        const SMALL: f64 = 1e-3;
         let (slab, column_density) = (scene.slab(), scene.column_density());
         // All that points know of the size of spheres is where centers begin.
         let ideal = Hydrostatics::new(scene.field(), scene.temperature(), IdealGas)
@@ -90,9 +92,7 @@ impl Outlook {
             }
         }
         let error = |profile: &[f64]| accuracy.error(scene, profile, &spheres);
-        // So small that it is linear.
-        const SMALL: f64 = 1e-3;
-        let highest = spheres[bins.end..].iter().sum::<f64>() + 0.5 * spheres[bins.end - 1];
+        let highest = theory.pressure((bins.end as f64 - 0.5).min(theory.top()));
         let needs_weight = accuracy.quantity() != Quantity::Density;
         Ok(Self {
             quantity: accuracy.quantity(),
@@ -102,7 +102,7 @@ impl Outlook {
             bulk: error(&mixed(BULK)),
             finite_base: error(&mixed(SMALL)) / SMALL * FINITE_BASE,
             spread: accuracy.noise(scene, &spheres, 1.0),
-            lid: if needs_weight { theory.lid_pressure() / (theory.lid_pressure() + highest) } else { 0.0 },
+            lid: if needs_weight { theory.lid_pressure() / highest } else { 0.0 },
             ideal,
             theory,
             freezing,

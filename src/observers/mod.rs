@@ -37,7 +37,7 @@ mod structure;
 #[cfg(test)]
 mod test_frame;
 
-pub use bins::MAXIMUM_BINS;
+pub use bins::{Bins, MAXIMUM_BINS};
 pub use bond_order::{BondOrder, Structure};
 pub use center_of_mass::CenterOfMass;
 pub use chain_pressure::{ChainPressurePoint, ChainPressureProfile};

@@ -3,11 +3,6 @@
 use gradient_mc::statistics::Estimate;
 use std::fmt;
 
-/// A relative deviation with its error, in per cent.
-pub fn percent(deviation: Estimate) -> String {
-    Estimate::new(100.0 * deviation.mean, 100.0 * deviation.standard_error).to_string()
-}
-
 /// A table with a label at the head of each row.
 #[derive(Debug, Clone)]
 pub struct Table {
@@ -24,6 +19,11 @@ impl Table {
     pub fn row(&mut self, label: &str, cells: impl IntoIterator<Item = String>) {
         self.rows.push(std::iter::once(label.to_owned()).chain(cells).collect());
     }
+}
+
+/// A number with its error, in per cent.
+pub fn percent(Estimate { mean, standard_error, .. }: Estimate) -> String {
+    Estimate::new(100.0 * mean, 100.0 * standard_error).to_string()
 }
 
 impl fmt::Display for Table {

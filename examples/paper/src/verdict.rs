@@ -45,7 +45,10 @@ impl Verdict {
     }
 }
 
-/// All verdicts of an example.
+/// The columns of `verdicts.csv`.
+const COLUMNS: [&str; 7] = ["figure", "claim", "measured", "standard_error", "lowest", "highest", "holds"];
+
+/// All verdicts of a study.
 #[derive(Debug, Clone, Default)]
 pub struct Verdicts(Vec<Verdict>);
 
@@ -100,15 +103,7 @@ impl Verdicts {
     pub fn write_csv(&self, directory: &Path) -> Result<(), Failure> {
         create_directory(directory)?;
         let mut writer = csv::Writer::from_path(directory.join("verdicts.csv"))?;
-        writer.write_record([
-            "figure",
-            "claim",
-            "measured",
-            "standard_error",
-            "lowest",
-            "highest",
-            "holds",
-        ])?;
+        writer.write_record(COLUMNS)?;
         for verdict in &self.0 {
             writer.write_record([
                 verdict.figure.clone(),

@@ -184,8 +184,8 @@ fn forty_unseen_scenes() {
     assert!(cheap < 32);
 }
 
-/// P and Z of the same scenes: heights from a quantile up to 0.5 to one between 0.6 and 0.98, tolerance log-uniform between 1 and 20 %, and at
-/// least four times what the reference knows.
+/// P and Z of the same scenes: heights from a quantile up to 0.5 to one between 0.6 and 0.98, tolerance log-uniform between 0.3 and 6 %, and at
+/// least three times what the reference knows.
 #[test]
 fn pressure_and_compressibility_factor_of_unseen_scenes() {
     let mut generator = Generator::seed_from_u64(40);
@@ -200,12 +200,12 @@ fn pressure_and_compressibility_factor_of_unseen_scenes() {
                 .unwrap();
             let lowest = theory.height_of_fraction(0.5 * unit()).floor();
             let highest = theory.height_of_fraction(0.6 + 0.38 * unit()).ceil().max(lowest + 1.0);
-            let drawn = 0.01 * libm::pow(20.0, unit());
+            let drawn = 0.003 * libm::pow(20.0, unit());
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
             let bins = lowest as usize..highest as usize;
             let relative = bins.clone().map(|bin| known.errors[bin] / known.densities[bin]);
             let noise = (relative.map(|error| error * error).sum::<f64>() / bins.len() as f64).sqrt();
-            let tolerance = drawn.max(4.0 * noise);
+            let tolerance = drawn.max(3.0 * noise);
             let accuracy = Accuracy::new(quantity, tolerance).unwrap().between(lowest, highest).unwrap();
             outcomes.push(judge(index, known, accuracy));
         }
@@ -249,7 +249,7 @@ fn constants_follow_from_the_calibration_files() {
     let (fitted, used) = (constants.numbers(), Constants::USED.numbers());
     assert_eq!(fitted.len(), used.len());
     for (fitted, used) in fitted.iter().zip(&used) {
-        assert!((fitted - used).abs() <= 1e-3 * used.abs() + 1e-4, "{fitted} instead of {used}");
+        assert!((fitted - used).abs() <= 1e-3 * used.abs() + 1e-6, "{fitted} instead of {used}");
     }
 }
 
@@ -261,7 +261,9 @@ fn a_smaller_tolerance_never_costs_less() {
     let scene = parameters.scene(particles, side).unwrap();
     for quantity in Quantity::ALL {
         let mut previous: Option<ModelChoice> = None;
-        for tolerance in [0.5, 0.2, 0.1, 0.03, 0.01, 0.003, 0.001, 1e-4] {
+        // Of P and Z below these the lid of this scene carries too much.
+        let tolerances = if quantity == Quantity::Density { 8 } else { 6 };
+        for tolerance in [0.5, 0.2, 0.1, 0.03, 0.01, 0.003, 0.001, 1e-4].into_iter().take(tolerances) {
             let choice = scene.model_for(Accuracy::new(quantity, tolerance).unwrap()).unwrap();
             assert!(choice.is_adequate() && choice.best().expected_error <= tolerance, "{choice}");
             if let Some(previous) = &previous {
@@ -273,6 +275,8 @@ fn a_smaller_tolerance_never_costs_less() {
             previous = Some(choice);
         }
     }
+    let finer = scene.model_for(Accuracy::pressure(1e-3).unwrap()).unwrap();
+    assert!(!finer.is_adequate() && finer.to_string().contains("the lid carries"), "{finer}");
     // Heights at which there is nothing.
     let nowhere = Accuracy::pressure(0.1).unwrap().between(1e4, 2e4).unwrap();
     assert!(matches!(scene.model_for(nowhere), Err(Error::InvalidParameter { .. })));

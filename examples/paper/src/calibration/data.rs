@@ -36,7 +36,7 @@ macro_rules! row {
 
             fn write(path: &Path, units: &str, rows: &[Self]) -> Result<(), Failure> {
                 let units = format!("cargo run --release -p paper --bin calibrate_models; {units}");
-                output::write_csv(path, &units, Self::HEADER, rows.iter().map(Self::values))
+                output::write_csv(path, &units, &Self::HEADER.join(","), rows.iter().map(Self::values))
             }
         }
     };

@@ -4,6 +4,7 @@ use super::{Axis, Corner, FONT, Figure, Mark, Panel, Series, clip, colors};
 use crate::Failure;
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
+use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, Pos, VPos};

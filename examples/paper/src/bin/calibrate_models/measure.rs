@@ -6,11 +6,9 @@ use gradient_mc::model::{
     Accuracy, MonteCarloPlan, MoveFamily, Quantity, densities, total_variation_distance,
 };
 use gradient_mc::{Error, HydrostaticProfile, Hydrostatics};
-use paper::Failure;
 use paper::calibration::data::{Base, ColumnRow, Data, Formula, LayerRow, Moves, Plan};
 use paper::calibration::scenes::{Column, Parameters};
-use paper::progress::Progress;
-use paper::replicas;
+use paper::{Failure, Session};
 
 /// Heights up to which a wall layers the fluid.
 const LAYERED: usize = 8;
@@ -35,16 +33,31 @@ const SEEDS: u64 = 10_000;
 /// Sweeps over which moves are counted, after as many.
 const COUNTED: u64 = 64;
 
-/// All of them, on `threads` threads (0: all cores).
-pub(crate) fn all(seed: u64, threads: usize) -> Result<Data, Failure> {
+/// How long runs are: of a calibration that counts, or of one that is tried out.
+#[derive(Debug, Clone, Copy)]
+struct Lengths {
+    sweeps: u64,
+    most_seconds: f64,
+    ladder: [u64; 3],
+    long_ladder: [u64; 2],
+}
+
+impl Lengths {
+    fn new(session: &Session) -> Self {
+        let usual =
+            Self { sweeps: SWEEPS, most_seconds: MOST_SECONDS, ladder: LADDER, long_ladder: LONG_LADDER };
+        let short = Self { sweeps: 32, most_seconds: 0.0, ladder: [2, 8, 32], long_ladder: [64, 128] };
+        session.choose(usual, short)
+    }
+}
+
+/// All of them.
+pub(crate) fn all(session: &Session) -> Result<Data, Failure> {
     let scenes: Vec<(usize, Parameters)> = Parameters::calibration().into_iter().enumerate().collect();
-    let progress = Progress::new(scenes.len() as u64, "calibration scenes");
-    let measured = replicas::in_parallel(threads, scenes, |(index, parameters)| {
-        let measured = one(seed + SEEDS * index as u64, index, parameters);
-        progress.advance(1);
-        measured
+    let lengths = Lengths::new(session);
+    let measured = session.run_each("calibration scenes", scenes, |(index, parameters)| {
+        one(session.seed + SEEDS * index as u64, index, parameters, lengths)
     })?;
-    progress.finish();
     let mut all = Data::default();
     for measured in measured {
         all.columns.extend(measured.columns);
@@ -57,17 +70,18 @@ pub(crate) fn all(seed: u64, threads: usize) -> Result<Data, Failure> {
     Ok(all)
 }
 
-fn one(first_seed: u64, index: usize, parameters: Parameters) -> Result<Data, Failure> {
+fn one(first_seed: u64, index: usize, parameters: Parameters, lengths: Lengths) -> Result<Data, Failure> {
     let (particles, side) = Parameters::WIDE;
     let scene = parameters.scene(particles, side)?;
-    let effort = Effort { sweeps: SWEEPS, noise: NOISE, most_seconds: MOST_SECONDS, seed: first_seed };
+    let Lengths { sweeps, most_seconds, .. } = lengths;
+    let effort = Effort { sweeps, noise: NOISE, most_seconds, seed: first_seed };
     let truth = Reference::measure(&scene, effort)?;
     let theory = theory(&scene)?;
     let mut measured = Data::default();
     compare(index, parameters, &scene, &theory, &truth, &mut measured)?;
-    try_plans(index, &scene, &theory, &truth, first_seed + SEEDS / 2, &mut measured)?;
+    try_plans(index, &scene, &theory, &truth, (first_seed + SEEDS / 2, lengths), &mut measured)?;
     for &side in SIDES.iter().filter(|_| COLUMNS_OF_BASES.contains(&index)) {
-        measured.bases.push(base(index, parameters, side, &truth, first_seed + SEEDS / 4)?);
+        measured.bases.push(base(index, parameters, side, &truth, (first_seed + SEEDS / 4, lengths))?);
     }
     Ok(measured)
 }
@@ -164,17 +178,17 @@ fn try_plans(
     scene: &Column,
     theory: &HydrostaticProfile,
     truth: &Reference,
-    first_seed: u64,
+    (first_seed, lengths): (u64, Lengths),
     measured: &mut Data,
 ) -> Result<(), Failure> {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let particles = ((scene.column_density() * SIDE * SIDE).ceil() as usize).max(FEWEST);
+    let particles = paper::study::count((scene.column_density() * SIDE * SIDE).ceil()).max(FEWEST);
     let expected = densities(scene.slab(), |height| theory.column_below(height));
     let densest = packing_fraction(theory.density_maximum().1);
-    let is_long = |sweeps: &u64| LONG_LADDER.contains(sweeps);
+    let Lengths { ladder, long_ladder, .. } = lengths;
+    let is_long = |sweeps: &u64| long_ladder.contains(sweeps);
     for (family, moves) in MoveFamily::ALL.into_iter().enumerate() {
         let (column, family) = (index as f64, family as f64);
-        for sweeps in LADDER.into_iter().chain(LONG_LADDER) {
+        for sweeps in ladder.into_iter().chain(long_ladder) {
             if is_long(&sweeps) && particles > MOST_SPHERES {
                 continue;
             }
@@ -226,15 +240,14 @@ fn base(
     parameters: Parameters,
     side: f64,
     truth: &Reference,
-    first_seed: u64,
+    (first_seed, lengths): (u64, Lengths),
 ) -> Result<Base, Failure> {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let particles = (parameters.column_density * side * side).ceil() as usize;
+    let particles = paper::study::count((parameters.column_density * side * side).ceil());
     let scene = parameters.scene(particles, 0.0)?;
     // As many spheres in as many sweeps as the wide base had, so that the noise is alike.
     let ratio = (truth.particles / particles).max(1) as u64;
-    let effort =
-        Effort { sweeps: SWEEPS * ratio, noise: NOISE, most_seconds: MOST_SECONDS, seed: first_seed };
+    let Lengths { sweeps, most_seconds, .. } = lengths;
+    let effort = Effort { sweeps: sweeps * ratio, noise: NOISE, most_seconds, seed: first_seed };
     let small = Reference::measure(&scene, effort)?;
     let [ideal, model] = formulas(&scene)?;
     Ok(Base {

@@ -1,16 +1,17 @@
 //! Figure 2: the center of mass falls to its plateau; inset: plateau against temperature.
 
 use super::column::Column;
-use super::protocol::{DRAWN, Family, Protocol, Side, TEMPERATURES};
-use super::report::{Report, color_of};
+use super::protocol::{DRAWN, Family, Protocol, TEMPERATURES};
 use super::state::{State, difference};
 use super::steadiness::steady_from;
+use super::style::color_of;
 use super::theory::{accuracy, between_walls};
 use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::observers::CenterOfMass;
 use gradient_mc::statistics::Estimate;
-use paper::Failure;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
+use paper::row;
+use paper::{Failure, Report, Side};
 
 /// The axes end above the start at 200, to leave room.
 const HIGHEST: f64 = 300.0;
@@ -133,11 +134,7 @@ fn inset(states: &[State<'_>]) -> Result<Panel, Failure> {
         let label = if number == 0 { "slope by fluctuation" } else { "" };
         panel = panel.line(label, colors::VERMILION, Mark::Dashed, tangent);
     }
-    let points = states.iter().map(|state| Point {
-        x: state.temperature,
-        y: state.center_of_mass.mean,
-        error: state.center_of_mass.standard_error,
-    });
+    let points = states.iter().map(|state| Point::of(state.temperature, state.center_of_mass));
     Ok(panel.points("simulation", colors::INK, Mark::Points, points))
 }
 
@@ -196,32 +193,22 @@ fn write_tables(
         "figure_02",
         "temperature in m g d; width of the base and height in d; paper_moves: 1 for its moves, 0 for ours; from_above: 1 for the \
          uniform start, 0 for the compact one; means over intervals of sweeps",
-        ["temperature", "base_width", "paper_moves", "from_above", "sweep", "center_of_mass"],
+        "temperature, base_width, paper_moves, from_above, sweep, center_of_mass",
         rows,
     )?;
     report.table(
         "figure_02_inset",
         "temperature in m g d, heights in d; errors are one standard error; theory is that between walls with the modified \
          Kolafa-Labik-Malijevsky equation; slope is N Var(h_c)/T^2",
-        [
-            "temperature",
-            "center_of_mass",
-            "center_of_mass_error",
-            "center_of_mass_theory",
-            "center_of_mass_white_bear",
-            "slope",
-            "slope_error",
-            "slope_theory",
-        ],
+        "temperature, center_of_mass, center_of_mass_error, center_of_mass_theory, \
+         center_of_mass_white_bear, slope, slope_error, slope_theory",
         states.iter().map(|state| {
-            [
+            row![
                 state.temperature,
-                state.center_of_mass.mean,
-                state.center_of_mass.standard_error,
+                state.center_of_mass,
                 state.theory.kolafa.center_of_mass(),
                 state.theory.white_bear,
-                state.response.mean,
-                state.response.standard_error,
+                state.response,
                 state.theory.slope,
             ]
         }),

@@ -2,12 +2,12 @@
 
 use super::column::Column;
 use super::layers::Base;
-use super::protocol::{COLUMN_DENSITY, Side};
+use super::protocol::COLUMN_DENSITY;
 use super::theory::Theory;
-use gradient_mc::Error;
 use gradient_mc::observers::{EquationOfStateProfile, RadialDistribution};
 use gradient_mc::statistics::Estimate;
-use paper::Failure;
+use gradient_mc::{Error, Merge};
+use paper::{Failure, Side};
 
 /// What is known of the steady state at one temperature.
 pub(crate) struct State<'a> {

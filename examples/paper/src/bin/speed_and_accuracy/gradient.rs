@@ -3,7 +3,7 @@
 use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa, number_density};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves};
-use gradient_mc::observers::EquationOfStateProfile;
+use gradient_mc::observers::{Bins, EquationOfStateProfile};
 use gradient_mc::start::RandomInsertion;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Every, Hydrostatics, Scene, Simulation, Slab};
@@ -83,7 +83,8 @@ impl Gradient {
             equilibration += cpu_seconds() - start;
             let mut production = column.clone();
             let start = cpu_seconds();
-            let profile = EquationOfStateProfile::with_range(&slab, LOWEST, slab.height(), bins)?;
+            let profile =
+                EquationOfStateProfile::new(&slab, Bins::count(bins).from(LOWEST).to(slab.height()))?;
             let mut profile = Every::new((sweeps / 250).clamp(1, 5), profile);
             production.run(sweeps, &mut profile)?;
             let points = profile.observer.points()?;

@@ -13,34 +13,22 @@ mod moves;
 mod picture;
 mod precision;
 mod profiles;
-mod redraw;
 mod said;
 mod sizes;
 mod summary;
 mod theory;
 mod verdict;
 
-use clap::Parser;
 use map::{Map, Measured};
-use paper::arguments::SharedArguments;
-use paper::interrupt::Interrupt;
-use paper::{Ending, Failure, conclude, output};
+use paper::{Ending, Failure, Session, study};
 use std::process::ExitCode;
 
 /// Drives each method across the parameter that breaks it: where it fails, how, and whether the program says so
-#[derive(Parser, Debug)]
-#[command(name = "stability")]
+#[derive(clap::Args, Debug)]
 struct Arguments {
-    #[command(flatten)]
-    shared: SharedArguments,
-
     /// One map only, by its name
     #[arg(long)]
     only: Option<String>,
-
-    /// Measures nothing: tables and pictures of what the CSV files hold
-    #[arg(long, conflicts_with = "only")]
-    redraw: bool,
 
     /// Prints every line that the program said
     #[arg(long)]
@@ -92,13 +80,11 @@ fn families() -> Vec<Family> {
 }
 
 fn main() -> ExitCode {
-    conclude(run(&Arguments::parse()))
+    study::main("stability", run)
 }
 
-fn run(arguments: &Arguments) -> Result<Ending, Failure> {
-    let directory = arguments.shared.directory("stability");
-    output::create_directory(&directory)?;
-    let interrupt = Interrupt::listen()?;
+fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
+    let directory = &session.directory;
     let mut families = families();
     let names: Vec<&str> = families.iter().flat_map(|family| &family.maps).map(|map| map.name).collect();
     if let Some(only) = arguments.only.as_deref() {
@@ -112,15 +98,7 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let heads: Vec<(&str, &str, usize)> =
         families.iter().map(|family| (family.name, family.title, family.maps.len())).collect();
     let maps: Vec<Map> = families.into_iter().flat_map(|family| family.maps).collect();
-    let measured = if arguments.redraw {
-        maps.iter().map(|map| redraw::read(map, &directory)).collect()
-    } else {
-        map::measure(maps, arguments.shared.seed, arguments.shared.threads, &interrupt)
-    };
-    let measured = match measured {
-        Err(_) if interrupt.pressed() => return Ok(Ending::Interrupted),
-        measured => measured?,
-    };
+    let measured = map::measure(maps, session)?;
     let mut rest = &measured[..];
     for (name, title, count) in heads {
         let (own, others) = rest.split_at(count);
@@ -130,10 +108,8 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
             picture::draw(title, &own, &directory.join(name))?;
         }
     }
-    if !arguments.redraw {
-        for map in &measured {
-            map.write(&directory)?;
-        }
+    for map in &measured {
+        map.write(directory)?;
     }
     if arguments.verbose {
         for map in &measured {

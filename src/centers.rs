@@ -7,7 +7,7 @@ use crate::configuration::Configuration;
 /// The moves keep spheres sorted by place, not by number. Asking for heights in any order is cheap; the
 /// first to ask for all positions after a sweep has them put in order.
 #[derive(Debug, Clone, Copy)]
-pub struct Centers<'a>(Source<'a>);
+pub(crate) struct Centers<'a>(Source<'a>);
 
 #[derive(Debug, Clone, Copy)]
 enum Source<'a> {
@@ -28,8 +28,7 @@ impl<'a> Centers<'a> {
     }
 
     /// Number of spheres.
-    #[must_use]
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(self) -> usize {
         match self.0 {
             Source::Configuration(configuration) => configuration.len(),
             #[cfg(test)]
@@ -38,7 +37,7 @@ impl<'a> Centers<'a> {
     }
 
     /// Calls `visit` with the height of each sphere, in an order that means nothing.
-    pub fn for_each_height(&self, visit: impl FnMut(f64)) {
+    pub(crate) fn for_each_height(self, visit: impl FnMut(f64)) {
         match self.0 {
             Source::Configuration(configuration) => configuration.heights().for_each(visit),
             #[cfg(test)]
@@ -47,8 +46,7 @@ impl<'a> Centers<'a> {
     }
 
     /// Positions x, y, z. A sphere keeps its place in this list for the whole run.
-    #[must_use]
-    pub fn positions(&self) -> &'a [[f64; 3]] {
+    pub(crate) fn positions(self) -> &'a [[f64; 3]] {
         match self.0 {
             Source::Configuration(configuration) => configuration.positions(),
             #[cfg(test)]

@@ -1,13 +1,18 @@
 //! The one error type of the library.
 
+use std::fmt;
 use thiserror::Error;
 
 /// What can go wrong, with the numbers that say where and what to do.
-#[derive(Debug, Error)]
+///
+/// It prints as a sentence with `{}` and `{:?}` alike, with its source if it has one, so that
+/// `fn main() -> Result<(), gradient_mc::Error>` ends with it.
+#[derive(Error)]
 #[non_exhaustive]
 pub enum Error {
     /// A number is outside the range in which it makes sense.
     #[error("{name} = {value} is not usable: {requirement}", value = figures(*value))]
+    #[non_exhaustive]
     InvalidParameter {
         /// Name of the parameter, in the words of the documentation.
         name: &'static str,
@@ -21,6 +26,7 @@ pub enum Error {
         "the slab is {extent} diameters in {direction}, but at least {minimum} are needed: enlarge it",
         extent = figures(*extent), minimum = figures(*minimum)
     )]
+    #[non_exhaustive]
     SlabTooSmall {
         /// Axis: `x` (height), `y` or `z`.
         direction: char,
@@ -34,6 +40,7 @@ pub enum Error {
         "the slab has a volume of {volume} cubic diameters, above the limit of {limit}: \
          lower the lid or take a smaller base", volume = figures(*volume), limit = figures(*limit)
     )]
+    #[non_exhaustive]
     SlabTooLarge {
         /// Volume that was given, in cubic diameters.
         volume: f64,
@@ -45,6 +52,7 @@ pub enum Error {
         "{particles} spheres fill {packing_fraction:.4} of the slab, above close packing 0.7405: \
          at most {capacity} could fit; take fewer spheres or a larger slab"
     )]
+    #[non_exhaustive]
     TooManyParticles {
         /// Number of spheres that was asked for.
         particles: usize,
@@ -59,6 +67,7 @@ pub enum Error {
          both must be finite over the whole slab",
         height = figures(*height), acceleration = figures(*acceleration), potential = figures(*potential)
     )]
+    #[non_exhaustive]
     InvalidField {
         /// Height of the offending value.
         height: f64,
@@ -75,6 +84,7 @@ pub enum Error {
         height = figures(*height), potential_difference = figures(*potential_difference),
         acceleration_integral = figures(*acceleration_integral)
     )]
+    #[non_exhaustive]
     InconsistentField {
         /// Middle of the interval that was compared.
         height: f64,
@@ -89,17 +99,44 @@ pub enum Error {
          whole slab; lower the lid or change the profile",
         height = figures(*height), temperature = figures(*temperature)
     )]
+    #[non_exhaustive]
     InvalidTemperature {
         /// Height of the offending value.
         height: f64,
         /// Temperature there.
         temperature: f64,
     },
+    /// A profile that says that it is constant is not.
+    #[error(
+        "the temperature is {temperature} at height {height}, but `constant` says that it is {constant} everywhere: \
+         leave `constant` out",
+        height = figures(*height), temperature = figures(*temperature), constant = figures(*constant)
+    )]
+    #[non_exhaustive]
+    InconsistentTemperature {
+        /// Height that was probed.
+        height: f64,
+        /// Temperature there.
+        temperature: f64,
+        /// Temperature that it should have everywhere.
+        constant: f64,
+    },
+    /// A scheme whose steady state depends on the moves was given others than it stands for.
+    #[error(
+        "this scheme does not take {moves}, because its steady state depends on the moves: take LocalMoves, as the paper has, \
+         or allow all by `Instantaneous::any_moves`"
+    )]
+    #[non_exhaustive]
+    UnsuitableMoves {
+        /// The moves.
+        moves: &'static str,
+    },
     /// The effective potential of a non-isothermal scene is not finite at some height.
     #[error(
         "the reduced potential is {potential} at height {height}: the scene is too steep there",
         height = figures(*height), potential = figures(*potential)
     )]
+    #[non_exhaustive]
     InvalidPotential {
         /// Height of the offending value.
         height: f64,
@@ -111,6 +148,7 @@ pub enum Error {
         "the reduced force is {force} at height {height}, where its magnitude was bounded by {bound}: \
          smooth the field or temperature there, or use local moves"
     )]
+    #[non_exhaustive]
     InvalidForce {
         /// Height of the offending value.
         height: f64,
@@ -124,6 +162,7 @@ pub enum Error {
         "an event chain of {length} diameters is stuck after {path}: spheres touch all along its way; \
          loosen the packing, or equilibrate longer before measuring"
     )]
+    #[non_exhaustive]
     ChainStuck {
         /// Length that the chain was to have, in diameters.
         length: f64,
@@ -135,6 +174,7 @@ pub enum Error {
         "{bins} bins over {extent} diameters is not usable: take between 1 and {maximum}",
         extent = figures(*extent)
     )]
+    #[non_exhaustive]
     InvalidBins {
         /// Number of bins that was asked for.
         bins: usize,
@@ -148,6 +188,7 @@ pub enum Error {
         "spheres {first} and {second} overlap: their centers are {distance} diameters apart, less than 1",
         distance = figures(*distance)
     )]
+    #[non_exhaustive]
     Overlap {
         /// Index of the first sphere.
         first: usize,
@@ -162,6 +203,7 @@ pub enum Error {
          move it inside (centers stay half a diameter off the walls)",
         value = figures(*value), lowest = figures(*lowest), highest = figures(*highest)
     )]
+    #[non_exhaustive]
     OutsideSlab {
         /// Index of the sphere.
         index: usize,
@@ -176,6 +218,7 @@ pub enum Error {
     },
     /// The number of positions is not the number of spheres of the scene.
     #[error("{found} positions were given for {expected} spheres")]
+    #[non_exhaustive]
     WrongParticleCount {
         /// Number of spheres of the scene.
         expected: usize,
@@ -187,6 +230,7 @@ pub enum Error {
         "random insertion placed {placed} of {requested} spheres (packing fraction {packing_fraction:.3}) \
          and then failed {attempts} times: start from the theory profile or a close-packed crystal instead"
     )]
+    #[non_exhaustive]
     InsertionFailed {
         /// Spheres placed.
         placed: usize,
@@ -202,6 +246,7 @@ pub enum Error {
         "the lattice that fits this slab has {sites} sites for {particles} spheres: \
          take fewer spheres or a larger slab"
     )]
+    #[non_exhaustive]
     LatticeFull {
         /// Sites available.
         sites: usize,
@@ -214,6 +259,7 @@ pub enum Error {
          use one whose domain reaches higher, or a lighter column",
         height = figures(*height), reduced_pressure = figures(*reduced_pressure)
     )]
+    #[non_exhaustive]
     EquationOfStateExhausted {
         /// Height at which the state was needed.
         height: f64,
@@ -226,6 +272,7 @@ pub enum Error {
          the field must point down far above the bed, or the column needs a lid",
         height = figures(*height), pressure = figures(*pressure)
     )]
+    #[non_exhaustive]
     UnboundedColumn {
         /// Height reached.
         height: f64,
@@ -237,6 +284,7 @@ pub enum Error {
         "hydrostatics stopped at height {height} with residual {residual:e}: \
          the scene may be discontinuous or too steep for the solver", height = figures(*height)
     )]
+    #[non_exhaustive]
     HydrostaticsNotConverged {
         /// Height at which the solver gave up, or the base.
         height: f64,
@@ -245,6 +293,7 @@ pub enum Error {
     },
     /// An estimate was asked of too few data.
     #[error("{available} observations are too few, {needed} are needed: run longer or observe more often")]
+    #[non_exhaustive]
     TooFewObservations {
         /// Observations made.
         available: usize,
@@ -256,6 +305,7 @@ pub enum Error {
         "no steady state in {observations} observations: from the {start}th on, which is best, only \
          {effective_sample_size:.1} are independent; run longer, or start nearer to the steady state"
     )]
+    #[non_exhaustive]
     NotEquilibrated {
         /// Length of the series.
         observations: usize,
@@ -264,14 +314,26 @@ pub enum Error {
         /// Independent observations from there on.
         effective_sample_size: f64,
     },
+    /// A start, a scheme or an adaptation of a user's own failed with an error of its own.
+    #[error(transparent)]
+    Custom(Box<dyn std::error::Error + Send + Sync>),
     /// An observer failed; its own error is the source.
     #[error("an observer failed after sweep {sweep}")]
+    #[non_exhaustive]
     Observer {
         /// Sweeps completed when it failed.
         sweep: u64,
         /// The observer's own error.
         #[source]
         source: Box<dyn std::error::Error + Send + Sync>,
+    },
+    /// A table could not be written.
+    #[cfg(feature = "csv")]
+    #[error("the table cannot be written")]
+    Write {
+        /// What the writer returned.
+        #[source]
+        source: std::io::Error,
     },
     /// One of several replicas failed; its own error is the source.
     #[error("replica {replica}, of seed {seed}, failed")]
@@ -284,6 +346,19 @@ pub enum Error {
         #[source]
         source: Box<dyn std::error::Error + Send + Sync>,
     },
+}
+
+/// The sentence, and its source.
+impl fmt::Debug for Error {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(formatter, "{self}")?;
+        let mut source = std::error::Error::source(self);
+        while let Some(error) = source {
+            write!(formatter, ": {error}")?;
+            source = error.source();
+        }
+        Ok(())
+    }
 }
 
 /// A number as a message shows it: in full, or with a power of ten where that would run to many zeros.

@@ -6,11 +6,16 @@
 use crate::numerics::{differentiate, integrate_panel};
 use crate::{Error, Slab};
 use std::cell::Cell;
+use std::sync::Arc;
 
 /// A field that pulls every sphere towards the base.
 ///
 /// The one required method is the potential, because differences of it decide every move; the
-/// acceleration is its derivative. Sweeps may ask from several threads. Where only a(x) is known, [`FieldFn`] integrates it.
+/// acceleration is its derivative. Where only a(x) is known, [`FieldFn`] integrates it.
+///
+/// A field is shared between the threads of a sweep, and moves with its scene to threads of a user's own: so it is `Send`
+/// and `Sync`, and its `&`, `Box` and `Arc` are fields too, but not its `Rc`. With `Box<dyn Field>` a scene is chosen at
+/// run time (see [`Scene`](crate::Scene)).
 ///
 /// ```
 /// use gradient_mc::Field;
@@ -24,7 +29,7 @@ use std::cell::Cell;
 /// let field = Centrifuge { rate: 0.1 };
 /// assert!((field.acceleration(10.0) - 2.0).abs() < 1e-9);
 /// ```
-pub trait Field: Sync {
+pub trait Field: Send + Sync {
     /// Potential energy m ∫₀ˣ a dx' of a sphere at `height`, in m g d (eq. 15 of
     /// doi:10.1103/PhysRevE.83.061306).
     fn potential(&self, height: f64) -> f64;
@@ -35,23 +40,21 @@ pub trait Field: Sync {
     }
 }
 
-impl<F: Field + ?Sized> Field for &F {
-    fn potential(&self, height: f64) -> f64 {
-        (**self).potential(height)
-    }
-    fn acceleration(&self, height: f64) -> f64 {
-        (**self).acceleration(height)
-    }
+macro_rules! forward_field {
+    ($($pointer:ty),+) => {
+        $(impl<F: Field + ?Sized> Field for $pointer {
+            #[inline]
+            fn potential(&self, height: f64) -> f64 {
+                (**self).potential(height)
+            }
+            #[inline]
+            fn acceleration(&self, height: f64) -> f64 {
+                (**self).acceleration(height)
+            }
+        })+
+    };
 }
-
-impl<F: Field + ?Sized> Field for Box<F> {
-    fn potential(&self, height: f64) -> f64 {
-        (**self).potential(height)
-    }
-    fn acceleration(&self, height: f64) -> f64 {
-        (**self).acceleration(height)
-    }
-}
+forward_field!(&F, Box<F>, Arc<F>);
 
 /// The same acceleration everywhere; [`UniformField::default`] is a = 1, the paper's case (a).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -254,7 +257,7 @@ impl<A: Fn(f64) -> f64> FieldFn<A> {
     }
 }
 
-impl<A: Fn(f64) -> f64 + Sync> Field for FieldFn<A> {
+impl<A: Fn(f64) -> f64 + Send + Sync> Field for FieldFn<A> {
     fn potential(&self, height: f64) -> f64 {
         let scaled = height / Self::SPACING;
         // Clamped to the table; outside it the end panels' cubics continue.

@@ -25,9 +25,14 @@
 //! theory of the same scene for any [`EquationOfState`]. Each of the four traits has one required
 //! method.
 //!
-//! Sweeps consist of local moves or of event chains ([`moves`]); chains bring a column to its steady state
-//! some 30 times sooner or more (`docs/performance.md`). With the feature `rayon` sweeps of local moves share the threads of the
-//! pool they run in, with the same outcome.
+//! A simulation that is told nothing suits any temperature ([`drive::Automatic`]), starts at the theory
+//! profile, and moves by event chains with tuned local moves between them ([`moves`]). With the feature
+//! `rayon` sweeps share the threads of the pool they run in, with the same outcome.
+//!
+//! # What a version promises
+//! `nalgebra`'s [`Vector3`] and `rand_pcg`'s generator ([`Generator`]) are part of the public interface, so
+//! a new major version of either is a new major version of this crate. Variants of [`Error`] and
+//! [`Warning`] may get more fields in any version: match them with `..`.
 //!
 //! # Limits
 //! Equal hard spheres; at most 2·10⁸ cubic diameters; a self-consistent field that has to be checked
@@ -50,6 +55,7 @@ pub mod drive;
 pub mod equation_of_state;
 mod error;
 pub mod field;
+mod frame;
 pub mod hydrostatics;
 mod merge;
 pub mod model;
@@ -66,24 +72,28 @@ mod simulation;
 mod slab;
 pub mod start;
 pub mod statistics;
+#[cfg(feature = "csv")]
+mod table;
 pub mod temperature;
 mod warning;
 mod warning_kind;
 
-pub use centers::Centers;
 pub use equation_of_state::EquationOfState;
 pub use error::Error;
 pub use field::Field;
+pub use frame::{Frame, MoveCounts, Phase};
 pub use hydrostatics::{HydrostaticProfile, Hydrostatics};
 pub use merge::Merge;
 pub use nalgebra::Vector3;
-pub use observer::{AcceptedMove, Collision, Every, Frame, MoveCounts, Observer, ObserverError, Recorder};
+pub use observer::{AcceptedMove, Collision, Every, Observer, ObserverError, Recorder};
 pub use observer_fn::ObserverFn;
 pub use random::Generator;
 pub use replicas::{Outcome, Replica, Replicas};
-pub use scene::Scene;
+pub use scene::{AnyScene, Scene};
 pub use simulation::{Simulation, SimulationBuilder};
 pub use slab::Slab;
+#[cfg(feature = "csv")]
+pub use table::{Row, WriteCsv};
 pub use temperature::TemperatureProfile;
 pub use warning::{MixingEvidence, Warning};
 pub use warning_kind::WarningKind;

@@ -4,10 +4,11 @@ use crate::{Error, Every};
 
 /// Something that can take in what an independent replica of it has seen.
 ///
-/// All ready [`observers`](crate::observers) can, and tuples of them, [`Every`] and `Vec`s of one length; so can
-/// [`BlockAverages`](crate::statistics::BlockAverages) and [`ForceBalance`](crate::drive::ForceBalance). What is merged is
-/// as if one observer had seen both runs, but for errors: no block of the averages reaches over from one replica to the
-/// next. Merge in a fixed order (that of the replicas), since sums of numbers depend on it in their last bits.
+/// All ready [`observers`](crate::observers) can, and tuples of them, [`Every`] and `Vec`s of one
+/// length; so can [`BlockAverages`](crate::statistics::BlockAverages) and
+/// [`ForceBalance`](crate::drive::ForceBalance). What is merged is as if one observer had seen both
+/// runs, but for errors: no block of the averages reaches over from one replica to the next. Merge
+/// in a fixed order (that of the replicas), since sums of numbers depend on it in their last bits.
 ///
 /// ```
 /// use gradient_mc::observers::CenterOfMass;
@@ -27,8 +28,9 @@ pub trait Merge {
     /// Takes in what `other` has seen.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] if the two do not belong together: other slabs, bins, temperatures or sizes. A single
-    /// observer is unchanged then; of a tuple or a `Vec`, those before the one that failed have been merged.
+    /// [`Error::InvalidParameter`] if the two do not belong together: other slabs, bins,
+    /// temperatures or sizes. A single observer is unchanged then; of a tuple or a `Vec`, those
+    /// before the one that failed have been merged.
     fn merge(&mut self, other: &Self) -> Result<(), Error>;
 
     /// All of several in one, merged in their order.

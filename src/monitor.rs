@@ -1,7 +1,8 @@
 //! What a simulation notes about its production run, so that it can be judged afterwards.
 
-use crate::observer::{AcceptedMove, Collision, Recorder};
-use crate::{Centers, Slab};
+use crate::Slab;
+use crate::frame::{Frame, Phase};
+use crate::observer::{AcceptedMove, Observer, ObserverError, Recorder};
 
 /// Bands of equal height over the whole slab.
 #[derive(Debug, Clone, Copy)]
@@ -48,11 +49,13 @@ pub(crate) struct Acceptance {
     bands: Bands,
     pub(crate) trials: Vec<u64>,
     pub(crate) accepted: Vec<u64>,
+    /// Of the sweep that is being recorded.
+    accepted_now: Vec<u64>,
 }
 
 impl Recorder for Acceptance {
     fn record_move(&mut self, accepted: &AcceptedMove) {
-        self.accepted[self.bands.of(accepted.from_height)] += 1;
+        self.accepted_now[self.bands.of(accepted.from_height)] += 1;
     }
 }
 
@@ -62,6 +65,10 @@ impl Recorder for Acceptance {
 /// longer a run the less it costs.
 #[derive(Debug, Clone)]
 pub(crate) struct Monitor {
+    /// Whether moves are to be recorded: if all of them are trials.
+    records: bool,
+    /// Number of the last sweep that was seen.
+    seen: u64,
     /// Sweeps of production.
     sweeps: u64,
     /// Of the drive when production began.
@@ -86,10 +93,13 @@ impl Monitor {
     const SWEEPS_BETWEEN_COUNTS: u64 = 32;
     const SWEEPS_BETWEEN_RECORDS: u64 = 128;
 
-    pub(crate) fn new(slab: &Slab) -> Self {
+    /// Notes about a run in `slab`; moves are recorded if it consists of trials alone.
+    pub(crate) fn new(slab: &Slab, records: bool) -> Self {
         let bands = Bands::new(slab);
         let zeros = || vec![0; bands.count];
         Self {
+            records,
+            seen: 0,
             sweeps: 0,
             generation: 0,
             interval: Self::FIRST_INTERVAL,
@@ -97,12 +107,12 @@ impl Monitor {
             occupancy: zeros(),
             weight: 0,
             bands,
-            acceptance: Acceptance { bands, trials: zeros(), accepted: zeros() },
+            acceptance: Acceptance { bands, trials: zeros(), accepted: zeros(), accepted_now: zeros() },
         }
     }
 
     /// Forgets everything: production begins, with the drive at this `generation`.
-    pub(crate) fn start(&mut self, generation: u64) {
+    fn start(&mut self, generation: u64) {
         (self.sweeps, self.generation, self.interval, self.weight) = (0, generation, Self::FIRST_INTERVAL, 0);
         self.series.clear();
         let Acceptance { trials, accepted, .. } = &mut self.acceptance;
@@ -111,24 +121,24 @@ impl Monitor {
         }
     }
 
-    /// Whether the moves of a sweep are to be recorded. Some of the equilibration are too, to have the memory for it.
-    pub(crate) fn records(sweep: u64) -> bool {
-        sweep.is_multiple_of(Self::SWEEPS_BETWEEN_RECORDS)
+    /// Whether the moves of the sweep that comes, or has just come, are recorded. Some of the equilibration are too, to
+    /// have the memory for it.
+    fn is_recording(&self) -> bool {
+        self.records && self.seen.is_multiple_of(Self::SWEEPS_BETWEEN_RECORDS)
     }
 
-    /// Where moves are recorded.
-    pub(crate) fn acceptance_mut(&mut self) -> &mut Acceptance {
-        &mut self.acceptance
-    }
-
-    /// Counts the trials of a sweep that was recorded: spheres are picked uniformly, so a band has as many as spheres.
-    pub(crate) fn count_trials(&mut self, centers: Centers<'_>) {
-        let Acceptance { bands, trials, .. } = &mut self.acceptance;
-        centers.for_each_height(|height| trials[bands.of(height)] += 1);
+    /// Counts the moves and trials of a sweep that was recorded: spheres are picked uniformly, so a band has as many
+    /// trials as spheres.
+    fn count_moves(&mut self, frame: &Frame<'_>) {
+        let Acceptance { bands, trials, accepted, accepted_now } = &mut self.acceptance;
+        for (sum, now) in accepted.iter_mut().zip(accepted_now) {
+            *sum += std::mem::take(now);
+        }
+        frame.for_each_height(|height| trials[bands.of(height)] += 1);
     }
 
     /// Looks at the configuration after a sweep of production.
-    pub(crate) fn after_sweep(&mut self, centers: Centers<'_>) {
+    fn look(&mut self, frame: &Frame<'_>) {
         let sweep = self.sweeps;
         self.sweeps += 1;
         if !sweep.is_multiple_of(self.interval) {
@@ -146,14 +156,14 @@ impl Monitor {
         let between_counts = self.interval.max(Self::SWEEPS_BETWEEN_COUNTS);
         if sweep.is_multiple_of(between_counts) {
             self.weight += between_counts;
-            centers.for_each_height(|height| {
+            frame.for_each_height(|height| {
                 moment += height;
                 self.occupancy[self.bands.of(height)] += between_counts;
             });
         } else {
-            centers.for_each_height(|height| moment += height);
+            frame.for_each_height(|height| moment += height);
         }
-        self.series.push(moment / centers.count() as f64);
+        self.series.push(moment / frame.particles() as f64);
     }
 
     /// Sweeps of production.
@@ -186,42 +196,60 @@ impl Monitor {
     }
 }
 
-/// Passes moves on to an observer's recorder and to the monitor.
-pub(crate) struct Both<'a> {
-    pub(crate) observer: Option<&'a mut dyn Recorder>,
-    pub(crate) monitor: &'a mut Acceptance,
-}
+impl Observer for Monitor {
+    fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        let recorded = self.is_recording();
+        self.seen = frame.sweep();
+        let production = frame.phase() == Phase::Production;
+        if production && frame.sweep_of_phase() == 1 {
+            self.start(frame.generation());
+        }
+        if recorded {
+            self.count_moves(frame);
+        }
+        if production {
+            self.look(frame);
+        }
+        Ok(())
+    }
 
-impl Recorder for Both<'_> {
-    fn record_move(&mut self, accepted: &AcceptedMove) {
-        self.monitor.record_move(accepted);
-        if let Some(observer) = &mut self.observer {
-            observer.record_move(accepted);
-        }
-    }
-    fn record_collision(&mut self, collision: &Collision) {
-        if let Some(observer) = &mut self.observer {
-            observer.record_collision(collision);
-        }
-    }
-    fn record_chain(&mut self, axis: usize, length: f64) {
-        if let Some(observer) = &mut self.observer {
-            observer.record_chain(axis, length);
-        }
+    fn recorder(&mut self) -> Option<&mut dyn Recorder> {
+        if self.is_recording() { Some(&mut self.acceptance) } else { None }
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::Scene;
+    use crate::centers::Centers;
+    use crate::field::UniformField;
+    use crate::frame::{MoveCounts, Still};
+    use crate::temperature::Isothermal;
+
+    /// Two spheres at a height, in a sweep of production.
+    fn show(monitor: &mut Monitor, slab: &Slab, height: f64, sweep: u64, generation: u64) {
+        let (field, temperature) = (UniformField::default(), Isothermal::new(1.0).unwrap());
+        let scene = Scene::unchecked(*slab, 2, field, temperature);
+        let positions = [[height, 0.0, 0.0]; 2];
+        let frame = Frame {
+            scene: scene.as_any(),
+            potential: &Still(generation),
+            centers: Centers::listed(&positions),
+            sweep,
+            phase: Phase::Production,
+            sweep_of_phase: sweep,
+            move_counts: &MoveCounts::default(),
+        };
+        monitor.observe(&frame).unwrap();
+    }
 
     #[test]
     fn the_series_spans_the_run_in_bounded_memory() {
         let slab = Slab::new(1e5, 3.0, 3.0).unwrap();
-        let mut monitor = Monitor::new(&slab);
-        monitor.start(3);
+        let mut monitor = Monitor::new(&slab, false);
         for sweep in 0..40_000_u32 {
-            monitor.after_sweep(Centers::listed(&[[f64::from(sweep), 0.0, 0.0]; 2]));
+            show(&mut monitor, &slab, sweep.into(), u64::from(sweep) + 1, 3);
             let series = monitor.series();
             let interval = monitor.interval as f64;
             assert!(series.len() <= Monitor::LONGEST_SERIES);
@@ -236,7 +264,27 @@ mod tests {
         // Two spheres, always somewhere.
         let occupancy: f64 = monitor.mean_occupancy().unwrap().iter().sum();
         assert!((occupancy - 2.0).abs() < 1e-9);
-        monitor.start(4);
-        assert!(monitor.mean_occupancy().is_none() && monitor.series().is_empty());
+        // Another production run begins.
+        show(&mut monitor, &slab, 7.0, 1, 4);
+        assert_eq!((monitor.series(), monitor.sweeps(), monitor.generation()), (&[7.0][..], 1, 4));
+    }
+
+    #[test]
+    fn moves_are_recorded_every_128th_sweep_if_all_are_trials() {
+        let slab = Slab::new(10.0, 3.0, 3.0).unwrap();
+        let mut monitor = Monitor::new(&slab, true);
+        let mut asked = Vec::new();
+        for sweep in 1..=257 {
+            if let Some(recorder) = monitor.recorder() {
+                let displacement = nalgebra::Vector3::zeros();
+                recorder.record_move(&AcceptedMove { from_height: 3.0, displacement });
+                asked.push(sweep);
+            }
+            show(&mut monitor, &slab, 3.0, sweep, 0);
+        }
+        assert_eq!(asked, [1, 129, 257]);
+        let Acceptance { trials, accepted, .. } = monitor.acceptance();
+        assert_eq!((trials.iter().sum::<u64>(), accepted.iter().sum::<u64>()), (6, 3));
+        assert!(Monitor::new(&slab, false).recorder().is_none());
     }
 }

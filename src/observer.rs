@@ -1,129 +1,17 @@
 //! Observers: whatever looks at a simulation while it runs.
 //!
+//! An observer of a user's own, what judges a run afterwards, the balance of forces and what adapts the
+//! potential are all shown the same [`Frame`] after each sweep, and hear of the same single moves if they
+//! name a [`Recorder`]: there is no other way to look.
+//!
 //! To add one, implement [`Observer`] for a type of your own (one method) and pass it by mutable
 //! reference to [`Simulation::run`](crate::Simulation::run); results are read from it afterwards.
 
-use crate::{Centers, Field, Slab, TemperatureProfile};
+use crate::frame::Frame;
 use nalgebra::Vector3;
 
 /// What an observer's failure may be: any error type of its own, boxed by `?`.
 pub type ObserverError = Box<dyn std::error::Error + Send + Sync>;
-
-/// A configuration as an observer sees it, after a whole number of sweeps.
-#[derive(Clone, Copy)]
-pub struct Frame<'a> {
-    pub(crate) slab: &'a Slab,
-    pub(crate) field: &'a dyn Field,
-    pub(crate) temperature: &'a dyn TemperatureProfile,
-    pub(crate) centers: Centers<'a>,
-    pub(crate) sweep: u64,
-    pub(crate) move_counts: &'a MoveCounts,
-}
-
-impl std::fmt::Debug for Frame<'_> {
-    fn fmt(&self, formatter: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        formatter
-            .debug_struct("Frame")
-            .field("slab", self.slab)
-            .field("particles", &self.centers.count())
-            .field("sweep", &self.sweep)
-            .finish_non_exhaustive()
-    }
-}
-
-impl<'a> Frame<'a> {
-    /// The slab.
-    #[must_use]
-    pub fn slab(&self) -> &'a Slab {
-        self.slab
-    }
-
-    /// The external field of the scene.
-    #[must_use]
-    pub fn field(&self) -> &'a dyn Field {
-        self.field
-    }
-
-    /// The temperature profile of the scene.
-    #[must_use]
-    pub fn temperature(&self) -> &'a dyn TemperatureProfile {
-        self.temperature
-    }
-
-    /// Number of spheres.
-    #[must_use]
-    pub fn particles(&self) -> usize {
-        self.centers.count()
-    }
-
-    /// Centers of the spheres in diameters, x up, y and z inside the periodic widths. A sphere keeps
-    /// its place in this order for the whole run.
-    #[must_use]
-    pub fn positions(&self) -> impl ExactSizeIterator<Item = Vector3<f64>> + Clone + 'a {
-        self.centers.positions().iter().map(|&[x, y, z]| Vector3::new(x, y, z))
-    }
-
-    /// Heights of the centers, in the order of [`positions`](Self::positions).
-    #[must_use]
-    pub fn heights(&self) -> impl ExactSizeIterator<Item = f64> + Clone + 'a {
-        self.centers.positions().iter().map(|position| position[0])
-    }
-
-    /// Sweeps since the simulation was built, equilibration included.
-    #[must_use]
-    pub fn sweep(&self) -> u64 {
-        self.sweep
-    }
-
-    /// Trials and acceptances since the simulation was built.
-    #[must_use]
-    pub fn move_counts(&self) -> &'a MoveCounts {
-        self.move_counts
-    }
-}
-
-/// Counts of moves and what became of them, since the simulation was built.
-#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-#[non_exhaustive]
-pub struct MoveCounts {
-    /// Local moves tried.
-    pub trials: u64,
-    /// Local moves accepted.
-    pub accepted: u64,
-    /// Local moves rejected because they would leave the domain in which a sweep moves their sphere
-    /// ([`LocalMoves`](crate::moves::LocalMoves)): none in a small system.
-    pub left_domain: u64,
-    /// Event chains run to their full length.
-    pub chains: u64,
-    /// Events that ended a straight piece of an event chain: a collision, a wall, or the field.
-    pub events: u64,
-}
-
-impl MoveCounts {
-    /// Fraction of trial moves that were accepted; NaN before the first.
-    #[must_use]
-    pub fn acceptance(&self) -> f64 {
-        self.accepted as f64 / self.trials as f64
-    }
-
-    /// Displacements of single spheres: accepted moves, and straight pieces of event chains.
-    #[must_use]
-    pub fn displacements(&self) -> u64 {
-        self.accepted + self.events + self.chains
-    }
-
-    /// What was counted since an earlier one of the same run; zero if it is not earlier.
-    #[must_use]
-    pub fn since(&self, earlier: &Self) -> Self {
-        Self {
-            trials: self.trials.saturating_sub(earlier.trials),
-            accepted: self.accepted.saturating_sub(earlier.accepted),
-            left_domain: self.left_domain.saturating_sub(earlier.left_domain),
-            chains: self.chains.saturating_sub(earlier.chains),
-            events: self.events.saturating_sub(earlier.events),
-        }
-    }
-}
 
 /// The displacement of one sphere: an accepted local move, or a straight piece of an event chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -186,8 +74,8 @@ pub trait Observer {
     /// with the configuration intact.
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError>;
 
-    /// What wants to hear of every single move, usually `Some(self)`; by default nothing, and then sweeps
-    /// report nothing.
+    /// What wants to hear of every single move of the next sweep, usually `Some(self)`; by default nothing, and
+    /// then sweeps report nothing.
     fn recorder(&mut self) -> Option<&mut dyn Recorder> {
         None
     }
@@ -234,7 +122,15 @@ macro_rules! observe_tuple {
                 Ok(())
             }
             fn recorder(&mut self) -> Option<&mut dyn Recorder> {
-                if $(self.$index.recorder().is_some())||+ { Some(self) } else { None }
+                let asking = [$(self.$index.recorder().is_some()),+];
+                if asking.into_iter().filter(|&asks| asks).count() > 1 {
+                    return Some(self);
+                }
+                // One alone is passed on as it is.
+                $(if asking[$index] {
+                    return self.$index.recorder();
+                })+
+                None
             }
         }
         impl<$($name: Observer),+> Recorder for ($($name,)+) {

@@ -10,9 +10,10 @@ use std::thread;
 
 /// Runs one piece of work several times, each with a seed of its own, on all cores.
 ///
-/// Results come in the order of the replicas, and are the same to the last bit for any number of threads. Independent
-/// replicas use cores better than threads within one run, give an error that owes nothing to an analysis of correlations
-/// ([`Outcome::scatter`]), and show what a single run cannot: that runs do not agree.
+/// Results come in the order of the replicas, and are the same to the last bit for any number of
+/// threads. Independent replicas use cores better than threads within one run, give an error that
+/// owes nothing to an analysis of correlations ([`Outcome::scatter`]), and show what a single run
+/// cannot: that runs do not agree.
 ///
 /// ```
 /// use gradient_mc::observers::CenterOfMass;
@@ -30,14 +31,15 @@ use std::thread;
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```
 ///
-/// Work that needs several observers returns a tuple; what cannot be merged, such as warnings, may be in it too, and then
-/// [`Merge::pooled`] merges the rest.
+/// Work that needs several observers returns a tuple; what cannot be merged, such as warnings, may
+/// be in it too, and then [`Merge::pooled`] merges the rest.
 ///
 /// # Seeds
-/// Replica r of parameter p has the seed m(m(m(seed + g) + (p + 1)g) + (r + 1)g), with the bijection m and the odd g of
-/// `SplitMix64` (Steele, Lea and Flood, doi:10.1145/2660193.2660195). So the seeds of one set of replicas are all different, and those
-/// of neighboring seeds have nothing in common; `seed + r`, in contrast, gives the second replica of seed 1 the
-/// run of the first of seed 2.
+/// Replica r of parameter p has the seed m(m(m(seed + g) + (p + 1)g) + (r + 1)g), with the
+/// bijection m and the odd g of `SplitMix64` (Steele, Lea and Flood, doi:10.1145/2660193.2660195).
+/// So the seeds of one set of replicas are all different, and those of neighboring seeds have
+/// nothing in common; `seed + r`, in contrast, gives the second replica of seed 1 the run of the
+/// first of seed 2.
 #[derive(Clone, Copy)]
 pub struct Replicas<'a> {
     count: usize,
@@ -97,9 +99,9 @@ impl<'a> Replicas<'a> {
         Self { threads, ..self }
     }
 
-    /// Calls `observe` whenever a replica is finished, with the number that are: to show progress. If it answers
-    /// [`ControlFlow::Break`], no other is begun, and the outcome has those that were (which these are then depends on
-    /// the number of threads). It is called from all threads.
+    /// Calls `observe` whenever a replica is finished, with the number that are: to show progress.
+    /// If it answers [`ControlFlow::Break`], no other is begun, and the outcome has those that were
+    /// (which these are then depends on the number of threads). It is called from all threads.
     #[must_use]
     pub fn after_each(self, observe: &'a (dyn Fn(usize) -> ControlFlow<()> + Sync)) -> Self {
         Self { after_each: Some(observe), ..self }
@@ -114,8 +116,8 @@ impl<'a> Replicas<'a> {
     /// Does `work` for every replica.
     ///
     /// # Errors
-    /// [`Error::Replica`] with the first replica, in their order, that failed, and its own error; no other is begun once
-    /// one has failed.
+    /// [`Error::Replica`] with the first replica, in their order, that failed, and its own error;
+    /// no other is begun once one has failed.
     ///
     /// # Panics
     /// As `work` does, after the replicas under way on other threads.
@@ -127,8 +129,8 @@ impl<'a> Replicas<'a> {
         Ok(outcomes.into_iter().next().unwrap_or(Outcome { replicas: Vec::new() }))
     }
 
-    /// Does `work` for every replica of each of several parameters: a sweep over temperatures, say. One outcome for each
-    /// parameter, in their order.
+    /// Does `work` for every replica of each of several parameters: a sweep over temperatures, say.
+    /// One outcome for each parameter, in their order.
     ///
     /// ```
     /// use gradient_mc::observers::CenterOfMass;
@@ -263,8 +265,9 @@ impl<R> Outcome<R> {
         R::pooled(&self.replicas)
     }
 
-    /// The mean of an estimate over the replicas, all with the same weight, with the error from their scatter: the
-    /// errors of the single estimates are not used. See [`mean_of_replicas`] for how well it is known.
+    /// The mean of an estimate over the replicas, all with the same weight, with the error from
+    /// their scatter: the errors of the single estimates are not used. See [`mean_of_replicas`] for
+    /// how well it is known.
     ///
     /// # Errors
     /// [`Error::TooFewObservations`] below two replicas; those of `estimate`.
@@ -277,7 +280,8 @@ impl<R> Outcome<R> {
     /// The same for each of several estimates, such as those of the bins of a profile.
     ///
     /// # Errors
-    /// As [`scatter`](Self::scatter); [`Error::InvalidParameter`] unless all replicas have the same number of estimates.
+    /// As [`scatter`](Self::scatter); [`Error::InvalidParameter`] unless all replicas have the same
+    /// number of estimates.
     pub fn scatter_each(
         &self,
         estimates: impl Fn(&R) -> Result<Vec<Estimate>, Error>,

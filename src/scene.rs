@@ -2,16 +2,41 @@
 
 use crate::{Error, Field, Slab, TemperatureProfile, field, temperature};
 
-/// Hard spheres (diameter 1, mass 1) in a slab, under a field and a temperature that depend on height.
+/// Hard spheres (diameter 1, mass 1) in a slab, under a field and a temperature that depend on
+/// height.
 ///
-/// A scene is checked once, here, so that nothing downstream has to: field and temperature are probed
-/// at thousands of heights.
+/// A scene is checked once, here, so that nothing downstream has to: field and temperature are
+/// probed at thousands of heights.
 ///
 /// ```
 /// use gradient_mc::{Scene, Slab, field::UniformField, temperature::Isothermal};
 /// let slab = Slab::new(400.0, 25.0, 25.0)?;
 /// let scene = Scene::new(slab, 25_000, UniformField::default(), Isothermal::new(15.0)?)?;
 /// assert_eq!(scene.column_density(), 40.0);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
+///
+/// Field and temperature may be chosen at run time, and scenes of different kinds kept together:
+///
+/// ```
+/// use gradient_mc::{Field, Scene, Simulation, Slab, TemperatureProfile, field::*, temperature::*};
+/// type ChosenScene = Scene<Box<dyn Field>, Box<dyn TemperatureProfile>>;
+/// fn chosen(rate: f64, decay: f64) -> Result<ChosenScene, gradient_mc::Error> {
+///     let field: Box<dyn Field> =
+///         if rate == 0.0 { Box::new(UniformField::default()) } else { Box::new(ExponentialField::new(rate)?) };
+///     let temperature: Box<dyn TemperatureProfile> = if decay == 0.0 {
+///         Box::new(Isothermal::new(5.0)?)
+///     } else {
+///         Box::new(ExponentialTemperature::new(5.0, decay)?)
+///     };
+///     Scene::new(Slab::new(40.0, 5.0, 5.0)?, 100, field, temperature)
+/// }
+/// let scenes = vec![chosen(0.0, 0.0)?, chosen(0.02, 0.0)?, chosen(0.0, 0.02)?];
+/// std::thread::scope(|scope| {
+///     for scene in scenes {
+///         scope.spawn(move || Simulation::builder(scene).build()?.run(10, &mut ()));
+///     }
+/// });
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -28,8 +53,8 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
     /// # Errors
     /// [`Error::InvalidParameter`] without spheres, [`Error::SlabTooLarge`] above
     /// [`Slab::MAXIMUM_VOLUME`], [`Error::TooManyParticles`] above close packing,
-    /// [`Error::InvalidField`], [`Error::InconsistentField`] or [`Error::InvalidTemperature`] with the
-    /// height at which a probe failed.
+    /// [`Error::InvalidField`], [`Error::InconsistentField`] or [`Error::InvalidTemperature`] with
+    /// the height at which a probe failed.
     pub fn new(slab: Slab, particles: usize, field: F, temperature: T) -> Result<Self, Error> {
         if particles == 0 {
             let requirement = "a scene needs at least one sphere";
@@ -51,10 +76,12 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
         Ok(Self { slab, particles, field, temperature })
     }
 
-    /// Puts as many spheres in the slab as make `column_density` spheres per area of the base, N/A, rounded to a whole
-    /// number; [`column_density`](Self::column_density) tells what it has become.
+    /// Puts as many spheres in the slab as make `column_density` spheres per area of the base, N/A,
+    /// rounded to a whole number; [`column_density`](Self::column_density) tells what it has
+    /// become.
     ///
-    /// Columns of one N/A are the same but for their base: the weight of the column fixes the pressure.
+    /// Columns of one N/A are the same but for their base: the weight of the column fixes the
+    /// pressure.
     ///
     /// ```
     /// use gradient_mc::{Scene, Slab, field::UniformField, temperature::Isothermal};
@@ -65,8 +92,8 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
     /// ```
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a column density that is not positive and finite, or so small that no sphere
-    /// is left; those of [`new`](Self::new).
+    /// [`Error::InvalidParameter`] for a column density that is not positive and finite, or so
+    /// small that no sphere is left; those of [`new`](Self::new).
     pub fn with_column_density(
         slab: Slab,
         column_density: f64,
@@ -78,6 +105,25 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let particles = particles.round() as usize;
         Self::new(slab, particles, field, temperature)
+    }
+}
+
+/// A scene of any field and temperature, borrowed: what code that must not depend on their types is given.
+pub type AnyScene<'a> = Scene<&'a dyn Field, &'a dyn TemperatureProfile>;
+
+impl<F: Field, T: TemperatureProfile> Scene<F, T> {
+    /// The same scene, with field and temperature behind references; it costs nothing and probes nothing.
+    pub fn as_any(&self) -> AnyScene<'_> {
+        let Self { slab, particles, field, temperature } = self;
+        Scene { slab: *slab, particles: *particles, field, temperature }
+    }
+}
+
+#[cfg(test)]
+impl<F, T> Scene<F, T> {
+    /// A scene that was not checked: tests put spheres where they like.
+    pub(crate) fn unchecked(slab: Slab, particles: usize, field: F, temperature: T) -> Self {
+        Self { slab, particles, field, temperature }
     }
 }
 

@@ -1,31 +1,34 @@
 //! The simulation: a scene, its drive, a configuration and a generator.
 
+use crate::centers::Centers;
 use crate::configuration::Configuration;
 use crate::diagnostics::Case;
-use crate::drive::{
-    Adaptation, Certificate, ClosedForm, Drive, ForceBalance, IsothermalDrive, MappedDrive, Phase, Scheme,
-};
-use crate::monitor::{Both, Monitor};
-use crate::moves::{Engine, LocalMoves, Moves, Sweep, TunedDisplacements};
-use crate::observer::{Frame, MoveCounts, Observer, Recorder};
+use crate::drive::{Adaptation, Automatic, Certificate, Drive, Driven, ForceBalance, Scheme};
+use crate::frame::{Frame, MoveCounts, Phase};
+use crate::monitor::Monitor;
+use crate::moves::{Engine, Moves, Sweep, TunedDisplacements};
+use crate::observer::Observer;
 use crate::random::Generator;
 use crate::start::{Start, Theory};
-use crate::{Centers, Error, Field, Scene, TemperatureProfile, Warning};
+use crate::{Error, Field, Scene, TemperatureProfile, Warning, temperature};
 use nalgebra::Vector3;
 use rand::SeedableRng;
+use std::fmt;
+use std::sync::Arc;
 
 /// Gradient Monte Carlo of hard spheres in a field `F` and a temperature profile `T`.
 ///
-/// The third parameter is how a temperature that varies enters (see [`drive`](crate::drive)); isothermal
-/// scenes leave it out, and hold nothing for it. The three systems of
-/// doi:10.1103/PhysRevE.83.061306 are
+/// The three systems of doi:10.1103/PhysRevE.83.061306 are
 ///
 /// ```
-/// use gradient_mc::{Simulation, drive::SelfConsistentDrive, field::*, temperature::*};
+/// use gradient_mc::{Simulation, field::*, temperature::*};
 /// type UniformTemperatureAndField = Simulation<UniformField, Isothermal>;
 /// type VaryingField = Simulation<ExponentialField, Isothermal>;
-/// type VaryingTemperature = Simulation<UniformField, ExponentialTemperature, SelfConsistentDrive>;
+/// type VaryingTemperature = Simulation<UniformField, ExponentialTemperature>;
 /// ```
+///
+/// The third parameter is the scheme by which a temperature that varies enters (see [`drive`](crate::drive)). It may be
+/// left out: [`Automatic`] suits any temperature, and isothermal scenes hold nothing for those that vary.
 ///
 /// A run has two phases. [`equilibrate`](Self::equilibrate) lets the drive adapt;
 /// [`run`](Self::run) measures, with whatever the drive froze. Observers look after every sweep.
@@ -42,61 +45,57 @@ use rand::SeedableRng;
 /// println!("center of mass: {}", center_of_mass.estimate()?);
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```
-#[derive(Debug, Clone)]
-pub struct Simulation<F, T, D = IsothermalDrive> {
-    scene: Scene<F, T>,
-    drive: D,
+pub struct Simulation<F, T, S: Scheme<F, T> = Automatic> {
+    driven: Driven<F, T, S::Drive>,
+    adaptation: S::Adaptation,
     engine: Engine,
     configuration: Configuration,
     generator: Generator,
     sweep: u64,
     move_counts: MoveCounts,
     phase: Phase,
+    /// Number of the last sweep before this phase.
+    before_phase: u64,
     monitor: Monitor,
+    /// Where the temperature varies.
+    balance: Option<Box<ForceBalance>>,
 }
 
-/// Collects the choices that make a [`Simulation`].
-#[derive(Debug, Clone)]
-pub struct SimulationBuilder<F, T, S = ClosedForm, P = Theory> {
+/// Collects the choices that make a [`Simulation`]: a scheme, a start, moves and a seed, in any order.
+#[derive(Clone)]
+pub struct SimulationBuilder<F, T, S = Automatic> {
     scene: Scene<F, T>,
     scheme: S,
-    start: P,
-    moves: Moves,
+    start: Arc<dyn Start>,
+    moves: Option<Moves>,
     seed: u64,
 }
 
-impl<F, T> Simulation<F, T> {
-    /// Describes a simulation of `scene`: closed-form drive, theory start, displacements up to 0.75
-    /// diameters and seed 0, until told otherwise.
+impl<F: Field, T: TemperatureProfile> Simulation<F, T> {
+    /// Describes a simulation of `scene`: the [`Automatic`] scheme, a start at the theory profile, [`Moves::default`] and
+    /// seed 0, until told otherwise.
     pub fn builder(scene: Scene<F, T>) -> SimulationBuilder<F, T> {
-        let moves = LocalMoves::unchecked(0.75).into();
-        SimulationBuilder { scene, scheme: ClosedForm, start: Theory, moves, seed: 0 }
+        SimulationBuilder { scene, scheme: Automatic, start: Arc::new(Theory), moves: None, seed: 0 }
     }
 }
 
-impl<F, T, S, P> SimulationBuilder<F, T, S, P> {
+impl<F: Field, T: TemperatureProfile, S> SimulationBuilder<F, T, S> {
     /// How a temperature that varies enters; see [`drive`](crate::drive) for the choices.
-    pub fn scheme<R>(self, scheme: R) -> SimulationBuilder<F, T, R, P> {
+    pub fn scheme<R: Scheme<F, T>>(self, scheme: R) -> SimulationBuilder<F, T, R> {
         let Self { scene, start, moves, seed, .. } = self;
         SimulationBuilder { scene, scheme, start, moves, seed }
     }
 
     /// Where the spheres are at first; see [`start`](crate::start) for the choices.
-    pub fn start<Q: Start>(self, start: Q) -> SimulationBuilder<F, T, S, Q> {
-        let Self { scene, scheme, moves, seed, .. } = self;
-        SimulationBuilder { scene, scheme, start, moves, seed }
+    #[must_use]
+    pub fn start(self, start: impl Start + 'static) -> Self {
+        Self { start: Arc::new(start), ..self }
     }
 
     /// What sweeps consist of; see [`moves`](crate::moves) for the choices.
     #[must_use]
     pub fn moves(self, moves: impl Into<Moves>) -> Self {
-        Self { moves: moves.into(), ..self }
-    }
-
-    /// Local moves with displacements of at most S along each axis, in diameters.
-    #[must_use]
-    pub fn maximum_displacement(self, maximum_displacement: f64) -> Self {
-        self.moves(LocalMoves::unchecked(maximum_displacement))
+        Self { moves: Some(moves.into()), ..self }
     }
 
     /// Seed of the [`Generator`]: the same seed gives the same run on every machine.
@@ -108,44 +107,44 @@ impl<F, T, S, P> SimulationBuilder<F, T, S, P> {
     /// Makes the drive, places the spheres and checks them.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for the displacement; what the scheme and the start return;
-    /// [`Error::OutsideSlab`] and [`Error::Overlap`] with the indices of the spheres;
-    /// [`Error::WrongParticleCount`] if the start does not place as many as the scene has.
-    pub fn build(self) -> Result<Simulation<F, T, S::Drive>, Error>
+    /// [`Error::InvalidParameter`] for displacements that are too large for the slab, [`Error::UnsuitableMoves`] for moves
+    /// that the scheme does not take; what scheme and start return; [`Error::OutsideSlab`] and [`Error::Overlap`] with the
+    /// indices of the spheres; [`Error::WrongParticleCount`] if the start does not place as many as the scene has.
+    pub fn build(self) -> Result<Simulation<F, T, S>, Error>
     where
-        F: Field,
-        T: TemperatureProfile,
         S: Scheme<F, T>,
-        P: Start,
     {
         let Self { scene, scheme, start, moves, seed } = self;
-        match moves {
-            Moves::Local(moves) => moves.check(scene.slab())?,
-            Moves::EventChains(chains) => chains.check(scene.slab())?,
-        }
-        let drive = scheme.drive(&scene)?;
+        let moves = Moves::chosen(moves, scheme.depends_on_moves())?;
+        moves.check(scene.slab())?;
+        let (drive, adaptation) = scheme.drive(&scene)?;
         let mut generator = Generator::seed_from_u64(seed);
         let positions: Vec<[f64; 3]> =
-            start.place(&scene, &mut generator)?.into_iter().map(Into::into).collect();
+            start.place(&scene.as_any(), &mut generator)?.into_iter().map(Into::into).collect();
         if positions.len() != scene.particles() {
             return Err(Error::WrongParticleCount { expected: scene.particles(), found: positions.len() });
         }
         let configuration = Configuration::new(*scene.slab(), &positions)?;
+        let engine = Engine::new(moves);
+        let varies = temperature::constant(scene.temperature(), scene.slab()).is_none();
+        let certifiable = !adaptation.follows_every_configuration();
         Ok(Simulation {
-            monitor: Monitor::new(scene.slab()),
-            scene,
-            drive,
-            engine: Engine::new(moves),
+            monitor: Monitor::new(scene.slab(), engine.has_only_local_moves()),
+            balance: varies.then(|| Box::new(ForceBalance::new(&scene.as_any(), certifiable))),
+            driven: Driven { scene, drive },
+            adaptation,
+            engine,
             configuration,
             generator,
             sweep: 0,
             move_counts: MoveCounts::default(),
             phase: Phase::Equilibration,
+            before_phase: 0,
         })
     }
 }
 
-impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
+impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     /// Runs `sweeps` sweeps during which the drive may adapt, and shows each to `observer`; `&mut ()`
     /// looks at nothing.
     ///
@@ -154,7 +153,9 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
     /// temperature turn out not to be finite, or what the drive returns. The configuration stays valid
     /// and the run can go on.
     pub fn equilibrate<O: Observer + ?Sized>(&mut self, sweeps: u64, observer: &mut O) -> Result<(), Error> {
-        self.phase = Phase::Equilibration;
+        if self.phase == Phase::Production {
+            self.begin(Phase::Equilibration);
+        }
         self.advance(sweeps, observer)
     }
 
@@ -165,44 +166,43 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
     /// As [`equilibrate`](Self::equilibrate).
     pub fn run<O: Observer + ?Sized>(&mut self, sweeps: u64, observer: &mut O) -> Result<(), Error> {
         if self.phase == Phase::Equilibration {
-            self.drive.start_production(&self.scene)?;
-            self.monitor.start(self.drive.generation());
-            self.phase = Phase::Production;
+            let Self { driven: Driven { scene, drive }, adaptation, .. } = self;
+            adaptation.start_production(drive, &scene.as_any())?;
+            self.begin(Phase::Production);
         }
         self.advance(sweeps, observer)
     }
 
+    fn begin(&mut self, phase: Phase) {
+        (self.phase, self.before_phase) = (phase, self.sweep);
+    }
+
     fn advance<O: Observer + ?Sized>(&mut self, sweeps: u64, observer: &mut O) -> Result<(), Error> {
         for _ in 0..sweeps {
-            let recorded = self.engine.has_only_local_moves() && Monitor::records(self.sweep);
-            let mut both;
-            let recorder: Option<&mut dyn Recorder> = if recorded {
-                both = Both { observer: observer.recorder(), monitor: self.monitor.acceptance_mut() };
-                Some(&mut both)
-            } else {
-                observer.recorder()
-            };
+            let Self { driven, configuration, generator, move_counts, phase, .. } = self;
+            // All who look, shown the same: who changes the potential does so afterwards.
+            let mut all = (&mut self.monitor, &mut self.balance, &mut self.adaptation, &mut *observer);
             self.engine.sweep(Sweep {
-                scene: &self.scene,
-                drive: &self.drive,
-                configuration: &mut self.configuration,
-                generator: &mut self.generator,
-                move_counts: &mut self.move_counts,
-                phase: self.phase,
-                recorder,
+                scene: &driven.scene,
+                drive: &driven.drive,
+                configuration,
+                generator,
+                move_counts,
+                phase: *phase,
+                recorder: all.recorder(),
             })?;
             self.sweep += 1;
-            let centers = Centers::new(&self.configuration);
-            if recorded {
-                self.monitor.count_trials(centers);
-            }
-            if self.phase == Phase::Production {
-                self.monitor.after_sweep(centers);
-            }
-            self.drive.after_sweep(&self.scene, centers, self.phase)?;
-            observer
-                .observe(&self.frame())
-                .map_err(|source| Error::Observer { sweep: self.sweep, source })?;
+            let seen = all.observe(&Frame {
+                scene: driven.scene.as_any(),
+                potential: driven,
+                centers: Centers::new(configuration),
+                sweep: self.sweep,
+                phase: *phase,
+                sweep_of_phase: self.sweep - self.before_phase,
+                move_counts,
+            });
+            self.adaptation.adapt(&mut driven.drive, &driven.scene.as_any())?;
+            seen.map_err(|source| Error::Observer { sweep: self.sweep, source })?;
         }
         Ok(())
     }
@@ -224,14 +224,15 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
     ///
     /// ```
     /// use gradient_mc::{Scene, Simulation, Slab, Warning, field::UniformField, temperature::Isothermal};
-    /// use gradient_mc::{moves::EventChains, start::RandomInsertion};
+    /// use gradient_mc::{moves::LocalMoves, start::RandomInsertion};
     /// let scene = Scene::new(Slab::new(100.0, 5.0, 5.0)?, 250, UniformField::default(), Isothermal::new(4.0)?)?;
-    /// let mut simulation = Simulation::builder(scene).moves(EventChains::default()).seed(1).build()?;
+    /// let mut simulation = Simulation::builder(scene).seed(1).build()?;
     /// simulation.equilibrate(500, &mut ())?;
     /// simulation.run(3000, &mut ())?;
     /// assert_eq!(simulation.warnings(), []);
     /// // Small moves, and a start far above: it is still falling.
-    /// let mut simulation = Simulation::builder(scene).start(RandomInsertion::default()).maximum_displacement(0.1).build()?;
+    /// let builder = Simulation::builder(scene).start(RandomInsertion::default());
+    /// let mut simulation = builder.moves(LocalMoves::new(0.1)?).build()?;
     /// simulation.run(300, &mut ())?;
     /// for warning in simulation.warnings() {
     ///     println!("{warning}");
@@ -240,42 +241,41 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
     /// # Ok::<(), gradient_mc::Error>(())
     /// ```
     pub fn warnings(&self) -> Vec<Warning> {
-        let Self { scene, drive, monitor, engine, .. } = self;
-        Case { scene, drive, monitor, engine }.warnings()
+        let Self { driven: Driven { scene, drive }, adaptation, monitor, engine, .. } = self;
+        let balance = self.balance.as_deref();
+        Case { scene, drive, adaptation, monitor, balance, engine }.warnings()
     }
 
     /// What the production run so far has seen of the balance of forces; nothing in an isothermal scene, where it
     /// holds by itself. Records of replicas can be merged.
     pub fn force_balance(&self) -> Option<&ForceBalance> {
-        self.drive.force_balance()
+        self.balance.as_deref()
     }
 
     /// The configuration as an observer sees it.
     pub fn frame(&self) -> Frame<'_> {
         Frame {
-            slab: self.scene.slab(),
-            field: self.scene.field(),
-            temperature: self.scene.temperature(),
+            scene: self.driven.scene.as_any(),
+            potential: &self.driven,
             centers: Centers::new(&self.configuration),
             sweep: self.sweep,
+            phase: self.phase,
+            sweep_of_phase: self.sweep - self.before_phase,
             move_counts: &self.move_counts,
         }
     }
-}
 
-impl<F: Field, T: TemperatureProfile, A: Adaptation> Simulation<F, T, MappedDrive<A>> {
     /// Whether the production run so far can be trusted: whether the field it was made in is that of the density which
     /// it made, to a relative `tolerance`, and whether the column was at rest.
     ///
-    /// Only temperatures that vary need one; isothermal scenes have no field that could be wrong.
+    /// An isothermal scene has no field that could be wrong: there only the column is judged, and the verdict is
+    /// [`Isothermal`](crate::drive::Convergence::Isothermal) if it is at rest.
     ///
     /// ```
-    /// use gradient_mc::{Scene, Simulation, Slab, drive::SelfConsistent, moves::EventChains};
-    /// use gradient_mc::{field::UniformField, temperature::ExponentialTemperature};
+    /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::ExponentialTemperature};
     /// let temperature = ExponentialTemperature::new(5.0, 0.02)?;
     /// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 180, UniformField::default(), temperature)?;
-    /// let builder = Simulation::builder(scene).scheme(SelfConsistent::default());
-    /// let mut simulation = builder.moves(EventChains::default()).seed(1).build()?;
+    /// let mut simulation = Simulation::builder(scene).seed(1).build()?;
     /// simulation.equilibrate(1000, &mut ())?;
     /// simulation.run(1000, &mut ())?;
     /// let certificate = simulation.certificate(0.05)?;
@@ -287,21 +287,30 @@ impl<F: Field, T: TemperatureProfile, A: Adaptation> Simulation<F, T, MappedDriv
     /// [`Error::InvalidParameter`] for a tolerance that is not positive and finite; [`Error::TooFewObservations`] for a
     /// production run below 320 sweeps.
     pub fn certificate(&self, tolerance: f64) -> Result<Certificate, Error> {
-        self.force_balance().map_or(Err(Error::TooFewObservations { available: 0, needed: 64 }), |balance| {
-            balance.certificate(tolerance)
-        })
+        match self.force_balance() {
+            Some(balance) => balance.certificate(tolerance),
+            None => Certificate::isothermal(self.monitor.series(), tolerance),
+        }
     }
-}
 
-impl<F, T, D> Simulation<F, T, D> {
     /// What is simulated.
     pub fn scene(&self) -> &Scene<F, T> {
-        &self.scene
+        &self.driven.scene
     }
 
     /// The reduced potential in force.
-    pub fn drive(&self) -> &D {
-        &self.drive
+    pub fn drive(&self) -> &S::Drive {
+        &self.driven.drive
+    }
+
+    /// What adapts it.
+    pub fn adaptation(&self) -> &S::Adaptation {
+        &self.adaptation
+    }
+
+    /// Pressure on the lid in m g/d² that the potential in force assumes: what a pressure profile starts from.
+    pub fn lid_pressure(&self) -> f64 {
+        self.driven.drive.lid_pressure()
     }
 
     /// Sweeps done so far, equilibration included.
@@ -324,5 +333,47 @@ impl<F, T, D> Simulation<F, T, D> {
     /// [`start::Positions`](crate::start::Positions).
     pub fn positions(&self) -> Vec<Vector3<f64>> {
         self.configuration.positions().iter().map(|&position| position.into()).collect()
+    }
+}
+
+impl<F: Clone, T: Clone, S: Scheme<F, T, Drive: Clone, Adaptation: Clone>> Clone for Simulation<F, T, S> {
+    fn clone(&self) -> Self {
+        Self {
+            driven: self.driven.clone(),
+            adaptation: self.adaptation.clone(),
+            engine: self.engine.clone(),
+            configuration: self.configuration.clone(),
+            generator: self.generator.clone(),
+            sweep: self.sweep,
+            move_counts: self.move_counts,
+            phase: self.phase,
+            before_phase: self.before_phase,
+            monitor: self.monitor.clone(),
+            balance: self.balance.clone(),
+        }
+    }
+}
+
+impl<F, T, S: Scheme<F, T>> fmt::Debug for Simulation<F, T, S> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("Simulation")
+            .field("slab", self.driven.scene.slab())
+            .field("particles", &self.driven.scene.particles())
+            .field("sweep", &self.sweep)
+            .field("phase", &self.phase)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<F, T, S> fmt::Debug for SimulationBuilder<F, T, S> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("SimulationBuilder")
+            .field("slab", self.scene.slab())
+            .field("particles", &self.scene.particles())
+            .field("moves", &self.moves)
+            .field("seed", &self.seed)
+            .finish_non_exhaustive()
     }
 }

@@ -5,6 +5,7 @@
 
 use crate::numerics::differentiate;
 use crate::{Error, Slab};
+use std::sync::Arc;
 
 /// Temperature as a function of height, in m g d (Boltzmann's constant is 1).
 ///
@@ -19,7 +20,10 @@ use crate::{Error, Slab};
 /// }
 /// assert!(Bump.logarithmic_gradient(40.0).abs() < 1e-9);
 /// ```
-pub trait TemperatureProfile: Sync {
+///
+/// A profile is `Send` and `Sync`, as a [`Field`](crate::Field) is and for the same reasons; its `&`, `Box` and `Arc` are
+/// profiles too.
+pub trait TemperatureProfile: Send + Sync {
     /// T(x): positive and finite over the whole slab.
     fn temperature(&self, height: f64) -> f64;
 
@@ -27,25 +31,36 @@ pub trait TemperatureProfile: Sync {
     fn logarithmic_gradient(&self, height: f64) -> f64 {
         differentiate(|x| self.temperature(x), height, 1e-3) / self.temperature(height)
     }
+
+    /// The temperature if it is the same at all heights and that is known without a look at them; by default unknown.
+    ///
+    /// A scene whose profile answers runs as fast as one of [`Isothermal`]; one whose profile only turns out to be
+    /// constant is isothermal as well.
+    #[inline]
+    fn constant(&self) -> Option<f64> {
+        None
+    }
 }
 
-impl<T: TemperatureProfile + ?Sized> TemperatureProfile for &T {
-    fn temperature(&self, height: f64) -> f64 {
-        (**self).temperature(height)
-    }
-    fn logarithmic_gradient(&self, height: f64) -> f64 {
-        (**self).logarithmic_gradient(height)
-    }
+macro_rules! forward_profile {
+    ($($pointer:ty),+) => {
+        $(impl<T: TemperatureProfile + ?Sized> TemperatureProfile for $pointer {
+            #[inline]
+            fn temperature(&self, height: f64) -> f64 {
+                (**self).temperature(height)
+            }
+            #[inline]
+            fn logarithmic_gradient(&self, height: f64) -> f64 {
+                (**self).logarithmic_gradient(height)
+            }
+            #[inline]
+            fn constant(&self) -> Option<f64> {
+                (**self).constant()
+            }
+        })+
+    };
 }
-
-impl<T: TemperatureProfile + ?Sized> TemperatureProfile for Box<T> {
-    fn temperature(&self, height: f64) -> f64 {
-        (**self).temperature(height)
-    }
-    fn logarithmic_gradient(&self, height: f64) -> f64 {
-        (**self).logarithmic_gradient(height)
-    }
-}
+forward_profile!(&T, Box<T>, Arc<T>);
 
 /// The same temperature everywhere: equilibrium, and no feedback of any kind.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,6 +86,10 @@ impl TemperatureProfile for Isothermal {
     #[inline]
     fn logarithmic_gradient(&self, _height: f64) -> f64 {
         0.0
+    }
+    #[inline]
+    fn constant(&self) -> Option<f64> {
+        Some(self.temperature)
     }
 }
 
@@ -219,38 +238,46 @@ impl<T> std::fmt::Debug for TemperatureFn<T> {
     }
 }
 
-impl<T: Fn(f64) -> f64 + Sync> TemperatureProfile for TemperatureFn<T> {
+impl<T: Fn(f64) -> f64 + Send + Sync> TemperatureProfile for TemperatureFn<T> {
     fn temperature(&self, height: f64) -> f64 {
         (self.0)(height)
     }
 }
 
-/// The temperature of a slab if it is the same at all heights, to rounding.
-pub(crate) fn constant<T: TemperatureProfile + ?Sized>(profile: &T, slab: &Slab) -> Option<f64> {
-    const ROUNDING: f64 = 1e-12;
-    // A profile was checked at forty heights per diameter.
-    let first = profile.temperature(0.0);
-    let mut others = heights(slab, 4.0, 256.0).map(|height| profile.temperature(height));
-    others.all(|temperature| (temperature / first - 1.0).abs() < ROUNDING).then_some(first)
-}
-
-/// Heights from base to lid, so many to a diameter, but not fewer than `least` in all.
-fn heights(slab: &Slab, density: f64, least: f64) -> impl Iterator<Item = f64> {
-    // Heights are at most 1e6.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let probes = (density * slab.height()).ceil().max(least) as u32;
-    let height = slab.height();
-    (0..=probes).map(move |probe| height * f64::from(probe) / f64::from(probes))
-}
-
-/// Checks a profile over the whole slab: positive and finite.
+/// Checks a profile over the whole slab: positive and finite, and what it says to be constant is.
 pub(crate) fn probe<T: TemperatureProfile + ?Sized>(profile: &T, slab: &Slab) -> Result<(), Error> {
     // Forty probes to a diameter however tall the slab is.
-    for height in heights(slab, 40.0, 16_384.0) {
+    const LEAST: f64 = 16_384.0;
+    // Heights are at most 1e6.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let probes = (40.0 * slab.height()).ceil().max(LEAST) as u32;
+    for probe in 0..=probes {
+        let height = slab.height() * f64::from(probe) / f64::from(probes);
         let temperature = profile.temperature(height);
         if !(temperature.is_finite() && temperature > 0.0) {
             return Err(Error::InvalidTemperature { height, temperature });
         }
+        // To the bit: it takes the place of the other.
+        let differs = |constant: &f64| constant.to_bits() != temperature.to_bits();
+        if let Some(constant) = profile.constant().filter(differs) {
+            return Err(Error::InconsistentTemperature { height, temperature, constant });
+        }
     }
     Ok(())
+}
+
+/// The temperature of a slab if it is the same at all heights, to rounding: known, or found by a look at four heights to
+/// a diameter. A profile has been probed at forty.
+pub(crate) fn constant<T: TemperatureProfile + ?Sized>(profile: &T, slab: &Slab) -> Option<f64> {
+    const DENSITY: f64 = 4.0;
+    const LEAST: u32 = 256;
+    const ROUNDING: f64 = 1e-12;
+    // Heights are at most 1e6.
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let probes = ((DENSITY * slab.height()).ceil() as u32).max(LEAST);
+    let temperature = |probe: u32| profile.temperature(slab.height() * f64::from(probe) / f64::from(probes));
+    profile.constant().or_else(|| {
+        let first = temperature(0);
+        (1..=probes).all(|probe| (temperature(probe) / first - 1.0).abs() < ROUNDING).then_some(first)
+    })
 }

@@ -13,14 +13,20 @@ use std::fmt;
 /// That there is none does not prove a run right; what each looks at is said there. Heights and lengths are in diameters.
 ///
 /// ```
-/// use gradient_mc::Warning;
-/// let warning = Warning::LidTooLow { lid: 30.0, pressure_ratio: 0.02 };
-/// assert!(warning.to_string().starts_with("the lid is too low"));
+/// use gradient_mc::{Scene, Slab, Warning, equation_of_state::ModifiedKolafa};
+/// use gradient_mc::{Hydrostatics, field::UniformField, temperature::Isothermal};
+/// let (field, temperature, slab) = (UniformField::default(), Isothermal::new(15.0)?, Slab::new(30.0, 5.0, 5.0)?);
+/// let theory = Hydrostatics::new(field, temperature, ModifiedKolafa).between_walls(&slab, 10.0)?;
+/// let warnings = theory.warnings();
+/// assert!(warnings.iter().any(|warning| matches!(warning, Warning::LidTooLow { .. })));
+/// assert!(warnings[0].to_string().starts_with("the lid is too low"));
+/// # Ok::<(), gradient_mc::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
     /// Production was too short for any judgment.
+    #[non_exhaustive]
     TooShort {
         /// Sweeps of production so far.
         sweeps: u64,
@@ -28,6 +34,7 @@ pub enum Warning {
         needed: u64,
     },
     /// Local moves, the only ones, are hardly ever accepted in a range of heights.
+    #[non_exhaustive]
     LowAcceptance {
         /// Lower end of the range.
         lowest_height: f64,
@@ -39,6 +46,7 @@ pub enum Warning {
         share: f64,
     },
     /// Production has not explored the configurations that it should.
+    #[non_exhaustive]
     NotMixed {
         /// Sweeps of production so far.
         sweeps: u64,
@@ -46,6 +54,7 @@ pub enum Warning {
         evidence: MixingEvidence,
     },
     /// The center of mass is far from where the theory has it, where the theory is good.
+    #[non_exhaustive]
     FarFromTheory {
         /// Height of the center of mass, with the error that the run claims.
         center_of_mass: Estimate,
@@ -53,11 +62,13 @@ pub enum Warning {
         theory: f64,
     },
     /// The effective field is not that of the density that it made, or it cannot be told.
+    #[non_exhaustive]
     FeedbackNotConverged {
         /// The verdict in full.
         certificate: Certificate,
     },
     /// The field comes from the counts of single configurations, whose noise biases it ([`Instantaneous`](crate::drive::Instantaneous)).
+    #[non_exhaustive]
     CountingNoise {
         /// Mean number of spheres in a bin of the field, over spheres.
         spheres_per_bin: f64,
@@ -65,11 +76,13 @@ pub enum Warning {
         pressure_deviation: f64,
     },
     /// The reduced potential has changed during production, which breaks detailed balance.
+    #[non_exhaustive]
     ChangesWhileMeasuring {
         /// Number of changes since production began.
         changes: u64,
     },
     /// Pressure on the lid, which P(x) as the weight of what lies above leaves out unless it is told.
+    #[non_exhaustive]
     LidTooLow {
         /// Height of the lid.
         lid: f64,
@@ -78,6 +91,7 @@ pub enum Warning {
     },
     /// Pressure or density are above those of freezing: a fluid there is metastable, and what a crystal or a glass is
     /// like depends on how it came about.
+    #[non_exhaustive]
     Metastable {
         /// Lower end of the range.
         lowest_height: f64,
@@ -87,6 +101,7 @@ pub enum Warning {
         packing_fraction: f64,
     },
     /// The column freezes, and the periodic widths are not those of a crystal of the density that it has at the base.
+    #[non_exhaustive]
     BoxIncommensurate {
         /// Largest principal strain of the hexagonal layers that fit best, over all orientations.
         strain: f64,
@@ -96,6 +111,7 @@ pub enum Warning {
         lattice_constant: f64,
     },
     /// Spheres of a dense layer see their own images.
+    #[non_exhaustive]
     NarrowBox {
         /// Narrower periodic width.
         width: f64,
@@ -103,6 +119,7 @@ pub enum Warning {
         packing_fraction: f64,
     },
     /// Bins in the column in which no sphere was ever seen.
+    #[non_exhaustive]
     EmptyBins {
         /// Number of such bins.
         bins: usize,
@@ -112,6 +129,7 @@ pub enum Warning {
         highest_height: f64,
     },
     /// Bins in the column that were seen occupied too seldom for their error bars to mean anything.
+    #[non_exhaustive]
     ThinBins {
         /// Number of such bins.
         bins: usize,
@@ -123,6 +141,7 @@ pub enum Warning {
         blocks: usize,
     },
     /// Bins over which the density changes too much to be compared with a local equation of state by their means.
+    #[non_exhaustive]
     WideBins {
         /// Height of a bin.
         bin_width: f64,
@@ -132,11 +151,13 @@ pub enum Warning {
         bias: f64,
     },
     /// An equation of state is used outside its domain.
+    #[non_exhaustive]
     OutsideDomain {
         /// Where and how far.
         exit: DomainExit,
     },
     /// An equation of state is used inside its domain, but is not that of hard spheres there.
+    #[non_exhaustive]
     InaccurateEquation {
         /// The densest height.
         height: f64,
@@ -146,6 +167,7 @@ pub enum Warning {
         deviation: f64,
     },
     /// The density changes by of order 1 over a diameter, where a local equation of state is wrong.
+    #[non_exhaustive]
     SteepGradient {
         /// Where it is steepest.
         height: f64,
@@ -155,6 +177,7 @@ pub enum Warning {
         share: f64,
     },
     /// The density of the theory jumps: at a jump of the temperature, or where fluid and solid meet.
+    #[non_exhaustive]
     DensityJump {
         /// Where.
         height: f64,
@@ -164,6 +187,7 @@ pub enum Warning {
         above: f64,
     },
     /// The hydrostatic theory has no profile, so nothing could be compared with it.
+    #[non_exhaustive]
     NoTheory {
         /// Where it stopped; NaN if nowhere in particular.
         height: f64,
@@ -175,16 +199,19 @@ pub enum Warning {
 #[non_exhaustive]
 pub enum MixingEvidence {
     /// The center of mass still moves.
+    #[non_exhaustive]
     Drift {
         /// Its height in the second half of production less that in the first.
         drift: Estimate,
     },
     /// The center of mass has seen few independent configurations.
+    #[non_exhaustive]
     FewIndependent {
         /// As many independent configurations would know its height as well.
         effective_sample_size: f64,
     },
     /// The center of mass fluctuates less than it must in equilibrium.
+    #[non_exhaustive]
     TooQuiet {
         /// Variance of its height in production.
         variance: f64,

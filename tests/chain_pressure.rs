@@ -3,7 +3,7 @@
 
 #![allow(clippy::unwrap_used)]
 
-use gradient_mc::drive::{ClosedForm, EquationOfStateClosure, Scheme};
+use gradient_mc::drive::{Automatic, EquationOfStateClosure, Scheme};
 use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa, number_density};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::EventChains;
@@ -46,7 +46,7 @@ where
 
 #[test]
 fn normal_pressure_carries_the_weight_layers_included() {
-    let (chains, weights) = column(Isothermal::new(5.0).unwrap(), ClosedForm);
+    let (chains, weights) = column(Isothermal::new(5.0).unwrap(), Automatic);
     for (bin, ([normal, _], weight)) in chains.iter().zip(&weights).enumerate() {
         agree(&format!("bin {bin}"), *normal, *weight, 0.01).unwrap();
     }

@@ -13,11 +13,11 @@ use common::wrong_rules::{
     EquationThirtyOneAsPrinted, TemperatureInMetropolis, sign_of_displacement, temperature_where_it_starts,
 };
 use gradient_mc::drive::{
-    ClosedForm, Drive, EquationOfStateClosure, Instantaneous, Scheme, SelfConsistent, log_acceptance,
+    Automatic, Drive, EquationOfStateClosure, Instantaneous, Scheme, SelfConsistent, log_acceptance,
 };
 use gradient_mc::equation_of_state::{EquationOfState, FluidSolid};
 use gradient_mc::field::UniformField;
-use gradient_mc::hydrostatics::Hydrostatics;
+use gradient_mc::moves::LocalMoves;
 use gradient_mc::start::{Positions, RandomInsertion};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{
@@ -47,7 +47,7 @@ fn rule<'a, F, T, D: Drive<F, T>>(drive: &'a D, scene: &'a Scene<F, T>) -> impl 
 
 /// A random scene of 100 spheres whose temperature may vary.
 type AnyScene = Scene<Box<dyn Field>, Box<dyn TemperatureProfile>>;
-type AnySimulation<D> = Simulation<Box<dyn Field>, Box<dyn TemperatureProfile>, D>;
+type AnySimulation<S> = Simulation<Box<dyn Field>, Box<dyn TemperatureProfile>, S>;
 
 fn any_scene(field: FieldCase, temperature: TemperatureCase) -> AnyScene {
     Scene::new(slab(), 100, field.make(&slab()), temperature.make(slab().height())).unwrap()
@@ -67,9 +67,7 @@ fn theory_ratio<'a, E: EquationOfState>(
     scene: &'a AnyScene,
     equation_of_state: &'a E,
 ) -> impl Fn(usize) -> f64 + 'a {
-    let profile = Hydrostatics::new(scene.field(), scene.temperature(), equation_of_state)
-        .between_walls(&slab(), scene.column_density())
-        .unwrap();
+    let profile = scene.hydrostatics(equation_of_state).unwrap();
     move |bin| {
         let height = middle(bin);
         let factor = equation_of_state.compressibility_factor(profile.packing_fraction(height));
@@ -135,14 +133,14 @@ impl Observer for Heights {
 }
 
 /// Simulations of the random scene, started low enough to keep away from the lid.
-fn simulation<S>(scene: AnyScene, scheme: S) -> Result<AnySimulation<S::Drive>, Error>
+fn simulation<S>(scene: AnyScene, scheme: S) -> Result<AnySimulation<S>, Error>
 where
     S: Scheme<Box<dyn Field>, Box<dyn TemperatureProfile>>,
 {
     Simulation::builder(scene)
         .scheme(scheme)
-        .start(RandomInsertion::new(0.15))
-        .maximum_displacement(0.5)
+        .start(RandomInsertion::new(0.15).unwrap())
+        .moves(LocalMoves::new(0.5).unwrap())
         .seed(7)
         .build()
 }
@@ -158,7 +156,7 @@ proptest! {
         triples in triples_in(slab()),
     ) {
         let scene = Scene::new(slab(), 100, field.make(&slab()), Isothermal::new(temperature).unwrap()).unwrap();
-        let drive = ClosedForm.drive(&scene).unwrap();
+        let drive = Automatic.drive(&scene).unwrap().0;
         let potential = |height: f64| field.potential(height) / temperature;
         check_detailed_balance(rule(&drive, &scene), potential, &pairs, EXACT + field.accuracy()).unwrap();
         check_cycles(rule(&drive, &scene), &triples, reference(), EXACT).unwrap();
@@ -178,11 +176,11 @@ proptest! {
         let (drive, rebuilt) = if interacting {
             let ratio = theory_ratio(&scene, &ScaledParticle);
             let rebuilt = Rebuilt::new(BINS, &slab(), acceleration, scene.temperature(), ratio);
-            (EquationOfStateClosure::new(ScaledParticle).drive(&scene).unwrap(), rebuilt)
+            (EquationOfStateClosure::new(ScaledParticle).drive(&scene).unwrap().0, rebuilt)
         } else {
             let ratio = theory_ratio(&scene, &NoInteraction);
             let rebuilt = Rebuilt::new(BINS, &slab(), acceleration, scene.temperature(), ratio);
-            (EquationOfStateClosure::new(NoInteraction).drive(&scene).unwrap(), rebuilt)
+            (EquationOfStateClosure::new(NoInteraction).drive(&scene).unwrap().0, rebuilt)
         };
         let potential = potential_with(field, &scene, &rebuilt);
         // The quadratures differ by more than rounding, by 1e-10 at most.
@@ -212,7 +210,7 @@ proptest! {
         };
         for bins in [590, 2360] {
             let width = (slab().height() - 1.0) / f64::from(bins);
-            let drive = EquationOfStateClosure::new(NoInteraction).bin_width(width).drive(&scene).unwrap();
+            let drive = EquationOfStateClosure::new(NoInteraction).bin_width(width).unwrap().drive(&scene).unwrap().0;
             let nearest_edge = |height: f64| {
                 let edge = 0.5 + ((height - 0.5) / width).round() * width;
                 edge.clamp(slab().lowest_center(), slab().highest_center())
@@ -252,21 +250,22 @@ proptest! {
         // The first step.
         let sweeps = 64;
         let scene = any_scene(field, temperature);
-        let mut simulation = simulation(scene, SelfConsistent::default().theory_weight(PRIOR_SPHERES)).unwrap();
+        let mut simulation = simulation(scene, SelfConsistent::default().theory_weight(PRIOR_SPHERES).unwrap()).unwrap();
         let mut heights = Heights::default();
         simulation.equilibrate(sweeps, &mut heights).unwrap();
         simulation.run(1, &mut ()).unwrap();
         let frozen = simulation.drive().clone();
-        prop_assert_eq!(frozen.adaptation().steps(), 1);
+        prop_assert_eq!(simulation.adaptation().steps(), 1);
         let looked_at: Vec<Vec<f64>> =
             (1..).zip(heights.0).filter(|(sweep, _)| *sweep > 16 && sweep % 4 == 0).map(|(_, heights)| heights).collect();
         let scene = any_scene(field, temperature);
         let equation_of_state = FluidSolid::default();
         let prior = theory_ratio(&scene, &equation_of_state);
         let acceleration = |height| field.acceleration(height);
-        let lid = frozen.lid_pressure();
+        let lid = simulation.lid_pressure();
+        let follows_measurement = simulation.adaptation().follows_measurement();
         let ratios = counted_ratios(&scene, acceleration, &looked_at, lid, Some(&prior));
-        let ratio = |bin| if frozen.adaptation().follows_measurement() { ratios[bin] } else { prior(bin) };
+        let ratio = |bin| if follows_measurement { ratios[bin] } else { prior(bin) };
         let rebuilt = Rebuilt::new(BINS, &slab(), acceleration, scene.temperature(), ratio);
         let potential = potential_with(field, &scene, &rebuilt);
         check_detailed_balance(rule(&frozen, &scene), potential, &pairs, 1e-9 + field.accuracy()).unwrap();
@@ -330,7 +329,7 @@ const TABULATED: f64 = 1e-5;
 #[test]
 fn the_right_rule_passes_what_the_wrong_ones_fail() {
     let scene = steep_scene();
-    let drive = EquationOfStateClosure::new(NoInteraction).drive(&scene).unwrap();
+    let drive = EquationOfStateClosure::new(NoInteraction).drive(&scene).unwrap().0;
     check_detailed_balance(rule(&drive, &scene), ideal_potential, &steep_pairs(), TABULATED).unwrap();
     check_cycles(rule(&drive, &scene), &steep_triples(), reference(), EXACT).unwrap();
 }
@@ -365,7 +364,7 @@ fn temperature_of_the_starting_point_is_noticed() {
 #[test]
 fn temperature_put_into_the_boltzmann_factor_is_noticed() {
     let scene = steep_scene();
-    let drive = TemperatureInMetropolis.drive(&scene).unwrap();
+    let drive = TemperatureInMetropolis.drive(&scene).unwrap().0;
     // It is a potential, so cycles say nothing; it is not the right one.
     check_cycles(rule(&drive, &scene), &steep_triples(), reference(), EXACT).unwrap();
     let outcome = check_detailed_balance(rule(&drive, &scene), ideal_potential, &steep_pairs(), TABULATED);
@@ -375,7 +374,7 @@ fn temperature_put_into_the_boltzmann_factor_is_noticed() {
 #[test]
 fn equation_thirty_one_as_printed_is_noticed() {
     let scene = steep_scene();
-    let drive = EquationThirtyOneAsPrinted.drive(&scene).unwrap();
+    let drive = EquationThirtyOneAsPrinted.drive(&scene).unwrap().0;
     check_cycles(rule(&drive, &scene), &steep_triples(), reference(), EXACT).unwrap();
     let outcome = check_detailed_balance(rule(&drive, &scene), ideal_potential, &steep_pairs(), TABULATED);
     assert!(matches!(outcome, Err(Violation::WrongRatio { .. })), "{outcome:?}");
@@ -427,8 +426,12 @@ fn trial_displacements_are_symmetric_and_uniform_in_the_cube() {
     let slab = Slab::new(40.0, 4.0, 3.0).unwrap();
     let scene = Scene::new(slab, 1, UniformField::new(0.0).unwrap(), Isothermal::new(1.0).unwrap()).unwrap();
     let start = Positions(vec![Vector3::new(20.0, 1.0, 1.0)]);
-    let mut simulation =
-        Simulation::builder(scene).start(start).maximum_displacement(LARGEST).seed(3).build().unwrap();
+    let mut simulation = Simulation::builder(scene)
+        .start(start)
+        .moves(LocalMoves::new(LARGEST).unwrap())
+        .seed(3)
+        .build()
+        .unwrap();
     let range = [slab.lowest_center() + LARGEST, slab.highest_center() - LARGEST];
     let mut observer = Displacements { range, ..Displacements::default() };
     simulation.run(200_000, &mut observer).unwrap();
@@ -474,7 +477,7 @@ where
     let mut simulation = Simulation::builder(scene)
         .scheme(scheme)
         .start(start)
-        .maximum_displacement(displacement)
+        .moves(LocalMoves::new(displacement).unwrap())
         .seed(11)
         .build()
         .unwrap();
@@ -494,7 +497,7 @@ fn moves_are_accepted_as_often_as_the_potential_says() {
         (FieldCase::Exponential(0.2), 0.3),
     ] {
         let scene = Scene::new(slab, 1, field.make(&slab), Isothermal::new(1.7).unwrap()).unwrap();
-        let recorder = trials_of(scene, ClosedForm, displacement);
+        let recorder = trials_of(scene, Automatic, displacement);
         let check = |potential: &dyn Fn(f64) -> f64| {
             check_frequencies(&recorder.trials, potential, displacement, range)
         };
@@ -518,7 +521,7 @@ fn moves_follow_the_effective_potential_where_it_points_up() {
         Scene::new(slab, 1, UniformField::default(), temperature).unwrap()
     };
     let right = |height: f64| exponential_integral(decay_rate, height) / base - decay_rate * height;
-    let closure = EquationOfStateClosure::new(NoInteraction).bin_width(0.01);
+    let closure = EquationOfStateClosure::new(NoInteraction).bin_width(0.01).unwrap();
     let recorder = trials_of(scene(), closure, 1.5);
     check_frequencies(&recorder.trials, right, 1.5, range).unwrap();
     let wrong = trials_of(scene(), TemperatureInMetropolis, 1.5);

@@ -10,7 +10,7 @@ use common::exact::{
     mean_height,
 };
 use common::scenes::FieldCase;
-use gradient_mc::drive::{ClosedForm, Drive, EquationOfStateClosure, Scheme, SelfConsistent};
+use gradient_mc::drive::{Automatic, Drive, EquationOfStateClosure, Scheme, SelfConsistent};
 use gradient_mc::equation_of_state::IdealGas;
 use gradient_mc::field::{ExponentialField, LinearField, SumField, UniformField};
 use gradient_mc::moves::{EventChains, FieldEvent, LocalMoves, Moves};
@@ -187,7 +187,7 @@ impl<T: TemperatureProfile + Copy> Column<T> {
     {
         let scene = self.scene();
         let slab = *scene.slab();
-        let drive = scheme.drive(&scene).unwrap();
+        let drive = scheme.drive(&scene).unwrap().0;
         let force = |x: f64| drive.reduced_force(&scene, x);
         let weight = ReducedWeight { force: &force, averages: BlockAverages::new(1).unwrap() };
         let contact = DensityProfile::new(&slab, Bins::count(10).from(0.5).to(0.7)).unwrap();
@@ -213,7 +213,7 @@ impl<T: TemperatureProfile + Copy> Column<T> {
     where
         S: Scheme<Box<dyn Field>, T> + Copy,
     {
-        let local = LocalMoves::new(0.8, self.scene().slab()).unwrap();
+        let local = LocalMoves::new(0.8).unwrap();
         let local = self.observe(scheme, local.into(), 110_000).unwrap();
         let choices = [EventChains::default(), tuned(FieldEvent::Relocate), chains(6.0, FieldEvent::Reverse)];
         let found = choices.map(|moves| self.observe(scheme, moves.into(), 50_000).unwrap());
@@ -242,7 +242,7 @@ fn chains_agree_with_local_moves_in_a_uniform_field() {
         temperature: Isothermal::new(temperature).unwrap(),
         contact_cap: 0.06,
     };
-    let contact = column.compare(ClosedForm);
+    let contact = column.compare(Automatic);
     // Here the contact theorem needs no measurement.
     agrees("weight", contact, Column::<Isothermal>::COLUMN_DENSITY / temperature, 0.08).unwrap();
 }
@@ -254,7 +254,7 @@ fn chains_agree_with_local_moves_in_an_exponential_field() {
         temperature: Isothermal::new(3.0).unwrap(),
         contact_cap: 0.07,
     };
-    column.compare(ClosedForm);
+    column.compare(Automatic);
 }
 
 #[test]
@@ -264,7 +264,7 @@ fn chains_agree_with_local_moves_in_a_temperature_gradient() {
     let closure = EquationOfStateClosure::default();
     // Up below, where T decays faster than the weight presses, and down above.
     let scene = column.scene();
-    let drive = closure.drive(&scene).unwrap();
+    let drive = closure.drive(&scene).unwrap().0;
     let force = |x: f64| drive.reduced_force(&scene, x);
     assert!(force(1.0) < -0.03 && force(12.0) > 0.3, "{} {}", force(1.0), force(12.0));
     column.compare(closure);
@@ -326,7 +326,7 @@ fn a_compact_start_melts() {
     simulation.equilibrate(2000, &mut ()).unwrap();
     let mut heights = CenterOfMass::new();
     simulation.run(4000, &mut heights).unwrap();
-    let local = Simulation::builder(scene).maximum_displacement(0.8).seed(3).build().unwrap();
+    let local = Simulation::builder(scene).moves(LocalMoves::new(0.8).unwrap()).seed(3).build().unwrap();
     let local = center_of_mass(local, 40_000, 10).estimate().unwrap();
     agree(&[heights.estimate().unwrap()], &[local], 0.02).unwrap();
 }
@@ -356,7 +356,7 @@ fn a_jammed_crystal_is_an_error_not_a_hang() {
             let builder = Simulation::builder(scene).start(Positions(positions.clone()));
             let mut simulation = builder.moves(chains(length, rule)).build().unwrap();
             let error = simulation.run(100, &mut ()).unwrap_err();
-            let Error::ChainStuck { length, path } = error else { panic!("{error:?}") };
+            let Error::ChainStuck { length, path, .. } = error else { panic!("{error:?}") };
             assert!(path < 1e-6 && length > 0.0);
             assert!(error.to_string().contains("loosen the packing"));
             // Nothing is broken, and equilibration goes on as well as it can.
@@ -437,7 +437,7 @@ fn a_force_that_jumps_is_sampled() {
 /// A potential alone; the force is its numerical derivative.
 struct Potential<U>(U);
 
-impl<U: Fn(f64) -> f64 + Sync> Field for Potential<U> {
+impl<U: Fn(f64) -> f64 + Send + Sync> Field for Potential<U> {
     fn potential(&self, height: f64) -> f64 {
         (self.0)(height)
     }

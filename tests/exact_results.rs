@@ -12,6 +12,7 @@ use common::exact::{
 use gradient_mc::drive::{Drive, EquationOfStateClosure, Scheme, SelfConsistent};
 use gradient_mc::equation_of_state::IdealGas;
 use gradient_mc::field::{ExponentialField, LinearField, SumField, UniformField};
+use gradient_mc::moves::LocalMoves;
 use gradient_mc::observers::{Bins, CenterOfMass, DensityProfile};
 use gradient_mc::start::RandomInsertion;
 use gradient_mc::statistics::Estimate;
@@ -26,7 +27,7 @@ fn one_sphere<F: Field, T: TemperatureProfile>(
 ) -> SimulationBuilder<F, T> {
     let slab = Slab::new(height, 8.0, 8.0).unwrap();
     let scene = Scene::new(slab, 1, field, temperature).unwrap();
-    Simulation::builder(scene).maximum_displacement(4.0).seed(11)
+    Simulation::builder(scene).moves(LocalMoves::new(4.0).unwrap()).seed(11)
 }
 
 #[test]
@@ -108,8 +109,9 @@ macro_rules! scheme_of_itself {
     ($($rule:ty),+) => {$(
         impl<F: Field, T: TemperatureProfile> Scheme<F, T> for $rule {
             type Drive = Self;
-            fn drive(self, _: &Scene<F, T>) -> Result<Self, Error> {
-                Ok(self)
+    type Adaptation = ();
+            fn drive(self, _: &Scene<F, T>) -> Result<(Self, ()), Error> {
+                Ok((self, ()))
             }
         }
     )+};
@@ -146,7 +148,7 @@ fn self_consistent_field_of_a_dilute_gas_is_the_ideal_one() {
     let scene = Scene::new(slab, 16, field, temperature).unwrap();
     let mut simulation = Simulation::builder(scene)
         .scheme(SelfConsistent::default())
-        .maximum_displacement(4.0)
+        .moves(LocalMoves::new(4.0).unwrap())
         .seed(3)
         .build()
         .unwrap();
@@ -167,7 +169,7 @@ fn two_spheres() {
     let scene = Scene::new(slab, 2, UniformField::default(), Isothermal::new(1.0).unwrap()).unwrap();
     let build = || {
         let builder = Simulation::builder(scene).start(RandomInsertion::default());
-        builder.maximum_displacement(1.2).seed(5).build().unwrap()
+        builder.moves(LocalMoves::new(1.2).unwrap()).seed(5).build().unwrap()
     };
     let heights = center_of_mass(build(), 4_000_000, 10);
     agrees("mean height", heights.estimate().unwrap(), TWO_SPHERES_MEAN, 0.003).unwrap();
@@ -179,7 +181,7 @@ fn column(particles: usize, side: f64, temperature: f64, seed: u64) -> Simulatio
     let slab = Slab::new(60.0, side, side).unwrap();
     let temperature = Isothermal::new(temperature).unwrap();
     let scene = Scene::new(slab, particles, UniformField::default(), temperature).unwrap();
-    Simulation::builder(scene).maximum_displacement(1.0).seed(seed).build().unwrap()
+    Simulation::builder(scene).moves(LocalMoves::new(1.0).unwrap()).seed(seed).build().unwrap()
 }
 
 #[test]

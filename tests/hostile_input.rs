@@ -7,12 +7,13 @@ mod common;
 
 use common::scenes::NoInteraction;
 use gradient_mc::drive::{
-    ClosedForm, Drive, EquationOfStateClosure, Instantaneous, Scheme, SelfConsistent, log_acceptance,
+    Automatic, AveragedThenFrozen, Drive, EffectivePotential, EquationOfStateClosure, Instantaneous,
+    RunningAverage, Scheme, SelfConsistent, log_acceptance,
 };
 use gradient_mc::equation_of_state::{EquationOfState, FluidSolid, number_density, packing_fraction};
 use gradient_mc::field::{ExponentialField, FieldFn, LinearField, SumField, UniformField};
 use gradient_mc::hydrostatics::Hydrostatics;
-use gradient_mc::moves::LocalMoves;
+use gradient_mc::moves::{EventChains, LocalMoves};
 use gradient_mc::observers::{
     Bins, DensityProfile, DisplacementProfile, EquationOfStateProfile, PressureProfile,
 };
@@ -21,8 +22,8 @@ use gradient_mc::temperature::{
     ExponentialTemperature, Isothermal, LinearTemperature, TabulatedTemperature, TemperatureFn,
 };
 use gradient_mc::{
-    Error, Every, Field, Frame, Generator, MoveCounts, Observer, ObserverError, Scene, Simulation, Slab,
-    TemperatureProfile, Vector3,
+    AnyScene, Error, Every, Field, Frame, Generator, MoveCounts, Observer, ObserverError, Scene, Simulation,
+    Slab, TemperatureProfile, Vector3,
 };
 use proptest::prelude::*;
 use std::time::{Duration, Instant};
@@ -32,6 +33,11 @@ const NOT_FINITE: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
 
 fn slab() -> Slab {
     Slab::new(50.0, 5.0, 5.0).unwrap()
+}
+
+/// Moves that get on from anywhere, a trial at a time.
+fn small() -> LocalMoves {
+    LocalMoves::new(0.75).unwrap()
 }
 
 fn gravity() -> UniformField {
@@ -69,7 +75,9 @@ fn shown(value: f64) -> String {
 /// The outcome is [`Error::InvalidParameter`] and carries `value`.
 fn assert_refused<T>(outcome: Result<T, Error>, value: f64) {
     let Err(error) = outcome else { panic!("{value} was accepted") };
-    let Error::InvalidParameter { name, value: carried, requirement } = error else { panic!("{error:?}") };
+    let Error::InvalidParameter { name, value: carried, requirement, .. } = error else {
+        panic!("{error:?}")
+    };
     assert_eq!(carried.to_bits(), value.to_bits());
     assert_says(&error, &[name, &shown(value), requirement]);
     assert!(error.to_string().len() < 200, "{error}");
@@ -95,7 +103,7 @@ fn temperatures_that_are_not_positive() {
 fn temperatures_that_turn_bad_at_some_height() {
     let refusal = |profile: &dyn TemperatureProfile| {
         let error = Scene::new(slab(), 50, gravity(), profile).map(drop).unwrap_err();
-        let Error::InvalidTemperature { height, temperature } = error else { panic!("{error:?}") };
+        let Error::InvalidTemperature { height, temperature, .. } = error else { panic!("{error:?}") };
         assert_says(&error, &[&height.to_string(), &shown(temperature), "lower the lid"]);
         (height, temperature)
     };
@@ -163,7 +171,7 @@ fn the_largest_slab_can_be_used() {
     let slab = Slab::new(1e6, 9.9, 9.9).unwrap();
     let scene = Scene::new(slab, 1, UniformField::new(0.0).unwrap(), warm()).unwrap();
     let start = Positions(vec![Vector3::new(999_999.5, 6.5, 0.0)]);
-    let mut simulation = Simulation::builder(scene).start(start).build().unwrap();
+    let mut simulation = Simulation::builder(scene).start(start).moves(small()).build().unwrap();
     simulation.run(100, &mut ()).unwrap();
     assert!(simulation.move_counts().accepted > 0);
 }
@@ -252,7 +260,8 @@ fn a_flaw_that_no_probe_meets_ends_the_run() {
     for potential in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         let field = Flawed { window, acceleration: 1.0, potential };
         let scene = Scene::new(slab(), 50, field, warm()).unwrap();
-        let mut simulation = Simulation::builder(scene).start(ClosePacked).seed(1).build().unwrap();
+        let mut simulation =
+            Simulation::builder(scene).start(ClosePacked).seed(1).moves(small()).build().unwrap();
         let outcome = simulation.equilibrate(2000, &mut ());
         let inside = simulation.positions().iter().filter(|p| p.x > window[0] && p.x < window[1]).count();
         if potential > 0.0 {
@@ -278,7 +287,7 @@ fn potentials_too_large_for_the_temperature() {
     // φ/T overflows: every difference would be a NaN.
     let cold = Isothermal::new(1e-308).unwrap();
     let scene = Scene::new(slab(), 50, gravity(), cold).unwrap();
-    let error = ClosedForm.drive(&scene).unwrap_err();
+    let error = Automatic.drive(&scene).unwrap_err();
     assert!(matches!(error, Error::InvalidPotential { .. }), "{error:?}");
     assert_says(&error, &["inf", "too steep"]);
     // Just as the non-isothermal schemes say.
@@ -347,7 +356,8 @@ fn the_smallest_scene_can_be_used() {
     let slab = Slab::new(2.0, 3.0, 3.0).unwrap();
     for temperature in [1e-300, 1.0, 1e300] {
         let scene = Scene::new(slab, 1, gravity(), Isothermal::new(temperature).unwrap()).unwrap();
-        let mut simulation = Simulation::builder(scene).start(ClosePacked).seed(1).build().unwrap();
+        let mut simulation =
+            Simulation::builder(scene).start(ClosePacked).seed(1).moves(small()).build().unwrap();
         let mut profile = EquationOfStateProfile::new(&slab, Bins::count(4)).unwrap();
         simulation.equilibrate(10, &mut ()).unwrap();
         simulation.run(100, &mut profile).unwrap();
@@ -361,7 +371,7 @@ fn the_smallest_scene_can_be_used() {
 
 #[test]
 fn observers_of_another_slab() {
-    let mut simulation = Simulation::builder(scene(30)).start(ClosePacked).build().unwrap();
+    let mut simulation = Simulation::builder(scene(30)).start(ClosePacked).moves(small()).build().unwrap();
     for slab in [Slab::new(51.0, 5.0, 5.0).unwrap(), Slab::new(50.0, 5.0, 6.0).unwrap()] {
         let mut observers: [Box<dyn Observer>; 4] = [
             Box::new(DensityProfile::new(&slab, Bins::count(10)).unwrap()),
@@ -389,8 +399,9 @@ impl<F, T> Drive<F, T> for NoNumber {
 
 impl<F, T> Scheme<F, T> for NoNumber {
     type Drive = Self;
-    fn drive(self, _: &Scene<F, T>) -> Result<Self, Error> {
-        Ok(self)
+    type Adaptation = ();
+    fn drive(self, _: &Scene<F, T>) -> Result<(Self, ()), Error> {
+        Ok((self, ()))
     }
 }
 
@@ -399,56 +410,122 @@ fn a_drive_that_is_not_a_number_accepts_nothing() {
     let scene = scene(20);
     assert!(log_acceptance(&NoNumber, &scene, 9.0, 11.0).is_nan());
     assert!(log_acceptance(&NoNumber, &scene, 11.0, 9.0).is_nan());
-    let mut simulation = Simulation::builder(scene).scheme(NoNumber).start(ClosePacked).build().unwrap();
+    let mut simulation =
+        Simulation::builder(scene).scheme(NoNumber).start(ClosePacked).moves(small()).build().unwrap();
     let error = simulation.equilibrate(10_000, &mut ()).unwrap_err();
     assert!(
-        matches!(error, Error::InvalidPotential { height, potential } if height > 10.0 && potential.is_nan())
+        matches!(error, Error::InvalidPotential { height, potential, .. } if height > 10.0 && potential.is_nan())
     );
     assert!(simulation.positions().iter().all(|position| position.x <= 10.0));
 }
 
 #[test]
 fn displacements_out_of_range() {
-    for value in NOT_POSITIVE.into_iter().chain([2.500_001, 1e300]) {
-        assert_refused(LocalMoves::new(value, &slab()), value);
-        assert_refused(
-            Simulation::builder(scene(50)).start(ClosePacked).maximum_displacement(value).build(),
-            value,
-        );
+    for value in NOT_POSITIVE {
+        assert_refused(LocalMoves::new(value), value);
+        assert_refused(LocalMoves::mixture(&[1.0, value]), value);
+    }
+    // Too large for the slab, which is known when the simulation is built.
+    for value in [2.500_001, 1e300] {
+        let moves = LocalMoves::new(value).unwrap();
+        let builder = Simulation::builder(scene(50)).start(ClosePacked);
+        assert_refused(builder.clone().moves(moves).build(), value);
+        assert_refused(builder.moves(EventChains::default().local_moves(Some(moves))).build(), value);
     }
     // Half the smallest side is allowed, as is next to nothing; the height may be the smallest.
     for value in [2.5, f64::MIN_POSITIVE, 5e-324] {
-        let builder = Simulation::builder(scene(50)).start(ClosePacked).maximum_displacement(value);
+        let builder =
+            Simulation::builder(scene(50)).start(ClosePacked).moves(LocalMoves::new(value).unwrap());
         builder.build().unwrap().equilibrate(3, &mut ()).unwrap();
     }
     let flat = Slab::new(2.0, 5.0, 5.0).unwrap();
-    assert!(LocalMoves::new(1.0, &flat).is_ok());
-    assert_refused(LocalMoves::new(1.1, &flat), 1.1);
+    let flat = Scene::new(flat, 5, gravity(), warm()).unwrap();
+    let build = |size| Simulation::builder(flat).moves(LocalMoves::new(size).unwrap()).build();
+    assert!(build(1.0).is_ok());
+    assert_refused(build(1.1), 1.1);
+}
+
+#[test]
+fn moves_that_a_scheme_does_not_take() {
+    let builder = || Simulation::builder(cooling()).start(ClosePacked);
+    let error = builder().scheme(Instantaneous::default()).moves(EventChains::default()).build().unwrap_err();
+    assert!(matches!(error, Error::UnsuitableMoves { .. }), "{error:?}");
+    assert_says(&error, &["event chains", "LocalMoves", "any_moves"]);
+    // The paper's moves are its own, and others can be allowed.
+    let mut simulation = builder().scheme(Instantaneous::default()).build().unwrap();
+    simulation.run(1, &mut ()).unwrap();
+    assert!(simulation.move_counts().trials > 0 && simulation.move_counts().chains == 0);
+    let any = Instantaneous::default().any_moves();
+    builder().scheme(any).moves(EventChains::default()).build().unwrap();
+    // No call undoes another.
+    let mut simulation = builder().moves(EventChains::default()).scheme(any).seed(3).build().unwrap();
+    simulation.run(1, &mut ()).unwrap();
+    assert!(simulation.move_counts().chains > 0);
+}
+
+#[test]
+fn a_temperature_that_says_wrongly_that_it_is_constant() {
+    struct Liar;
+    impl TemperatureProfile for Liar {
+        fn temperature(&self, height: f64) -> f64 {
+            3.0 + 0.01 * height
+        }
+        fn constant(&self) -> Option<f64> {
+            Some(3.0)
+        }
+    }
+    let error = Scene::new(slab(), 50, gravity(), Liar).map(drop).unwrap_err();
+    assert!(matches!(error, Error::InconsistentTemperature { height, .. } if height > 0.0), "{error:?}");
+    assert_says(&error, &["3 everywhere", "constant"]);
+}
+
+#[test]
+fn errors_print_as_sentences() {
+    /// What `fn main() -> Result<(), Error>` prints.
+    fn printed(error: &Error) -> String {
+        format!("{error:?}")
+    }
+    let error = Isothermal::new(-1.0).unwrap_err();
+    assert_eq!(printed(&error), "temperature = -1 is not usable: it must be positive and finite");
+    let mut simulation = Simulation::builder(scene(30)).start(ClosePacked).moves(small()).build().unwrap();
+    let error = simulation.run(10, &mut Fragile { fails_at: 7, seen: 0 }).unwrap_err();
+    assert!(printed(&error).starts_with("an observer failed after sweep 7: "), "{error:?}");
+    let custom: Box<dyn std::error::Error + Send + Sync> = "the file is empty".into();
+    assert_eq!(printed(&Error::Custom(custom)), "the file is empty");
 }
 
 #[test]
 fn bins_of_schemes() {
     for value in NOT_POSITIVE {
-        assert_refused(Instantaneous::new(value).drive(&cooling()), value);
-        assert_refused(SelfConsistent::default().bin_width(value).drive(&cooling()), value);
-        assert_refused(EquationOfStateClosure::new(NoInteraction).bin_width(value).drive(&cooling()), value);
+        assert_refused(Instantaneous::new(value), value);
+        assert_refused(RunningAverage::new(value), value);
+        assert_refused(AveragedThenFrozen::new(value), value);
+        assert_refused(SelfConsistent::default().bin_width(value), value);
+        assert_refused(SelfConsistent::default().theory_weight(value), value);
+        assert_refused(EquationOfStateClosure::new(NoInteraction).bin_width(value), value);
+        assert_refused(EffectivePotential::new(&cooling(), value), value);
     }
     for value in [1e-300, 5e-324, 1e-7] {
         for error in [
-            Instantaneous::new(value).drive(&cooling()).unwrap_err(),
-            SelfConsistent::default().bin_width(value).drive(&cooling()).unwrap_err(),
-            EquationOfStateClosure::new(NoInteraction).bin_width(value).drive(&cooling()).unwrap_err(),
+            Instantaneous::new(value).unwrap().drive(&cooling()).unwrap_err(),
+            SelfConsistent::default().bin_width(value).unwrap().drive(&cooling()).unwrap_err(),
+            EquationOfStateClosure::new(NoInteraction)
+                .bin_width(value)
+                .unwrap()
+                .drive(&cooling())
+                .unwrap_err(),
         ] {
             assert!(matches!(error, Error::InvalidBins { .. }), "{error:?}");
             // The range of the centers.
             assert_says(&error, &["49 diameters", "take between 1 and"]);
         }
     }
-    assert_says(&Instantaneous::new(1e-7).drive(&cooling()).unwrap_err(), &["490000000 bins"]);
+    assert_says(&Instantaneous::new(1e-7).unwrap().drive(&cooling()).unwrap_err(), &["490000000 bins"]);
     // A single bin is a bin, and no interval is an interval of one.
-    assert!(Instantaneous::new(1e6).drive(&cooling()).is_ok());
-    let scheme = SelfConsistent::default().bin_width(f64::MAX);
-    let mut simulation = Simulation::builder(cooling()).scheme(scheme).start(ClosePacked).build().unwrap();
+    assert!(Instantaneous::new(1e6).unwrap().drive(&cooling()).is_ok());
+    let scheme = SelfConsistent::default().bin_width(f64::MAX).unwrap();
+    let mut simulation =
+        Simulation::builder(cooling()).scheme(scheme).start(ClosePacked).moves(small()).build().unwrap();
     simulation.equilibrate(3, &mut Every::new(0, ())).unwrap();
     simulation.run(3, &mut ()).unwrap();
 }
@@ -471,7 +548,7 @@ fn positions_that_overlap() {
         let mut positions = row(10);
         positions[second] = positions[first] + Vector3::new(0.0, 0.25, 0.0);
         let error = build_from(positions, 10).unwrap_err();
-        let Error::Overlap { first: found, second: other, distance } = error else { panic!("{error:?}") };
+        let Error::Overlap { first: found, second: other, distance, .. } = error else { panic!("{error:?}") };
         assert_eq!((found, other), (first, second));
         approx::assert_relative_eq!(distance, 0.25, max_relative = 1e-12);
         assert_says(&error, &[&first.to_string(), &second.to_string(), "0.25"]);
@@ -480,7 +557,7 @@ fn positions_that_overlap() {
     for (first, second, expected) in [(0.1, 4.9, 0.2), (0.0, 5.0, 0.0), (-0.0, 4.5, 0.5)] {
         let positions = vec![Vector3::new(1.0, first, 1.0), Vector3::new(1.0, second, 1.0)];
         let error = build_from(positions, 2).unwrap_err();
-        let Error::Overlap { first: 0, second: 1, distance } = error else { panic!("{error:?}") };
+        let Error::Overlap { first: 0, second: 1, distance, .. } = error else { panic!("{error:?}") };
         approx::assert_abs_diff_eq!(distance, expected, epsilon = 1e-12);
     }
     // Touching is allowed.
@@ -508,7 +585,7 @@ fn positions_outside() {
             let mut positions = row(10);
             positions[sphere][axis_index] = bad;
             let error = build_from(positions, 10).unwrap_err();
-            let Error::OutsideSlab { index, axis: found, value, lowest, highest } = error else {
+            let Error::OutsideSlab { index, axis: found, value, lowest, highest, .. } = error else {
                 panic!("{error:?}")
             };
             assert_eq!((index, found, value.to_bits()), (sphere, axis, bad.to_bits()));
@@ -521,11 +598,7 @@ fn positions_outside() {
 /// A start of one's own.
 struct Forgetful;
 impl Start for Forgetful {
-    fn place<F: Field, T: TemperatureProfile>(
-        &self,
-        _: &Scene<F, T>,
-        _: &mut Generator,
-    ) -> Result<Vec<Vector3<f64>>, Error> {
+    fn place(&self, _: &AnyScene<'_>, _: &mut Generator) -> Result<Vec<Vector3<f64>>, Error> {
         Ok(vec![Vector3::new(f64::NAN, 0.0, 0.0)])
     }
 }
@@ -534,7 +607,7 @@ impl Start for Forgetful {
 fn positions_of_the_wrong_number() {
     for count in [0, 9, 11] {
         let error = build_from(row(count), 10).unwrap_err();
-        assert!(matches!(error, Error::WrongParticleCount { expected: 10, found } if found == count));
+        assert!(matches!(error, Error::WrongParticleCount { expected: 10, found, .. } if found == count));
         assert_says(&error, &[&count.to_string(), "10"]);
     }
     // A start of one's own is checked like any other.
@@ -548,18 +621,21 @@ fn random_insertion_that_cannot_succeed() {
     // Packing fraction 0.5 is beyond the jamming of random insertion.
     let small = Slab::new(10.0, 5.0, 5.0).unwrap();
     let scene = Scene::new(small, 240, gravity(), warm()).unwrap();
-    let error = Simulation::builder(scene).start(RandomInsertion::new(1.0)).build().unwrap_err();
+    let error = Simulation::builder(scene).start(RandomInsertion::new(1.0).unwrap()).build().unwrap_err();
     let Error::InsertionFailed { placed, requested: 240, packing_fraction, .. } = error else {
         panic!("{error:?}")
     };
     assert!(placed < 240 && packing_fraction > 0.3 && packing_fraction < 0.5);
     assert_says(&error, &[&placed.to_string(), "240", "close-packed crystal"]);
     // A density no matter can have puts all on the base.
-    let error = Simulation::builder(self::scene(200)).start(RandomInsertion::new(1e300)).build().unwrap_err();
+    let error = Simulation::builder(self::scene(200))
+        .start(RandomInsertion::new(1e300).unwrap())
+        .build()
+        .unwrap_err();
     assert!(matches!(error, Error::InsertionFailed { .. }), "{error:?}");
     assert!(started.elapsed() < Duration::from_secs(20), "{:?}", started.elapsed());
     for value in NOT_POSITIVE {
-        assert_refused(Simulation::builder(self::scene(5)).start(RandomInsertion::new(value)).build(), value);
+        assert_refused(RandomInsertion::new(value), value);
     }
 }
 
@@ -570,13 +646,13 @@ fn crystals_without_room() {
     let particles = tiny.capacity();
     let scene = || Scene::new(tiny, particles, gravity(), warm()).unwrap();
     let error = Simulation::builder(scene()).start(ClosePacked).build().unwrap_err();
-    let Error::LatticeFull { sites, particles: found } = error else { panic!("{error:?}") };
+    let Error::LatticeFull { sites, particles: found, .. } = error else { panic!("{error:?}") };
     assert!(found == particles && sites < particles);
     assert_says(&error, &[&sites.to_string(), &particles.to_string(), "larger slab"]);
     assert!(Simulation::builder(scene()).start(Theory).build().is_err());
     // As many as there are sites do fit.
     let scene = Scene::new(tiny, sites, gravity(), warm()).unwrap();
-    let mut full = Simulation::builder(scene).start(ClosePacked).build().unwrap();
+    let mut full = Simulation::builder(scene).start(ClosePacked).moves(small()).build().unwrap();
     full.equilibrate(10, &mut ()).unwrap();
 }
 
@@ -602,7 +678,8 @@ impl Observer for Fragile {
 
 #[test]
 fn an_observer_that_fails_does_not_spoil_the_run() {
-    let mut simulation = Simulation::builder(scene(30)).start(ClosePacked).seed(9).build().unwrap();
+    let mut simulation =
+        Simulation::builder(scene(30)).start(ClosePacked).seed(9).moves(small()).build().unwrap();
     let mut observer = (Fragile { fails_at: 7, seen: 0 }, Every::new(2, Fragile { fails_at: 99, seen: 0 }));
     simulation.equilibrate(5, &mut observer).unwrap();
     let error = simulation.run(10, &mut observer).unwrap_err();
@@ -613,14 +690,15 @@ fn an_observer_that_fails_does_not_spoil_the_run() {
     simulation.run(8, &mut observer).unwrap();
     assert_eq!((simulation.sweep(), observer.0.seen, observer.1.observer.seen), (15, 14, 7));
     // The same spheres as in a run that nobody disturbed.
-    let mut undisturbed = Simulation::builder(scene(30)).start(ClosePacked).seed(9).build().unwrap();
+    let mut undisturbed =
+        Simulation::builder(scene(30)).start(ClosePacked).seed(9).moves(small()).build().unwrap();
     undisturbed.run(15, &mut ()).unwrap();
     assert_eq!(simulation.positions(), undisturbed.positions());
 }
 
 #[test]
 fn tallies_of_different_runs() {
-    let mut simulation = Simulation::builder(scene(30)).start(ClosePacked).build().unwrap();
+    let mut simulation = Simulation::builder(scene(30)).start(ClosePacked).moves(small()).build().unwrap();
     let before = *simulation.move_counts();
     simulation.run(2, &mut ()).unwrap();
     let after = *simulation.move_counts();
@@ -666,9 +744,11 @@ fn exercise<F: Field, T: TemperatureProfile>(field: &F, temperature: &T, bin_wid
     fn try_scheme<F: Field, T: TemperatureProfile, S: Scheme<F, T>>(
         scene: Scene<F, T>,
         scheme: S,
-        start: impl Start,
+        start: impl Start + 'static,
     ) {
-        if let Ok(mut simulation) = Simulation::builder(scene).scheme(scheme).start(start).seed(1).build() {
+        if let Ok(mut simulation) =
+            Simulation::builder(scene).scheme(scheme).start(start).seed(1).moves(small()).build()
+        {
             let _ = simulation.equilibrate(3, &mut ());
             let _ = simulation.run(3, &mut ());
         }
@@ -676,11 +756,14 @@ fn exercise<F: Field, T: TemperatureProfile>(field: &F, temperature: &T, bin_wid
     // Table widths that are allowed but take seconds are not the point.
     let bin_width = if bin_width > 0.0 && bin_width < 1e-3 { 1e-300 } else { bin_width };
     let Ok(scene) = Scene::new(fuzz_slab(), 6, field, temperature) else { return };
-    let closure = EquationOfStateClosure::new(NoInteraction).bin_width(bin_width);
-    try_scheme(scene, closure, ClosePacked);
+    try_scheme(scene, Automatic, Theory);
     try_scheme(scene, EquationOfStateClosure::new(FluidSolid::default()), Theory);
-    try_scheme(scene, SelfConsistent::default().bin_width(bin_width), Theory);
-    try_scheme(scene, Instantaneous::new(bin_width), RandomInsertion::new(bin_width));
+    // All refuse the same widths.
+    let Ok(instantaneous) = Instantaneous::new(bin_width) else { return };
+    try_scheme(scene, instantaneous, RandomInsertion::new(bin_width).unwrap());
+    let closure = EquationOfStateClosure::new(NoInteraction).bin_width(bin_width).unwrap();
+    try_scheme(scene, closure, ClosePacked);
+    try_scheme(scene, SelfConsistent::default().bin_width(bin_width).unwrap(), Theory);
 }
 
 proptest! {
@@ -690,13 +773,13 @@ proptest! {
     fn no_number_makes_a_constructor_panic(a in any_number(), b in any_number(), c in any_number(), count in any::<usize>()) {
         if let Ok(slab) = Slab::new(a, b, c) {
             prop_assert!(slab.height() >= 2.0 && slab.widths().iter().all(|width| *width >= 3.0));
-            let _ = (slab.capacity(), slab.packing_fraction(count), LocalMoves::new(c, &slab));
+            let _ = (slab.capacity(), slab.packing_fraction(count), LocalMoves::new(c));
             // Beyond the limits of memory it must be an error, whatever the number of spheres.
             if slab.base_area() * slab.height() > Slab::MAXIMUM_VOLUME {
                 prop_assert!(Scene::new(slab, count, gravity(), warm()).is_err());
             }
         }
-        let _ = LocalMoves::new(a, &slab());
+        let _ = LocalMoves::new(a);
         let _ = TabulatedTemperature::new(vec![(a, b), (b, c), (c, a)]);
         let _ = (number_density(a), packing_fraction(a));
         for equation_of_state in [&NoInteraction as &dyn EquationOfState, &FluidSolid::default()] {
@@ -752,7 +835,7 @@ proptest! {
         if let (Ok(isothermal), Ok(scene)) = (Isothermal::new(c), Scene::new(fuzz_slab(), 6, &field, &temperature)) {
             let _ = scene.column_density();
             let Ok(scene) = Scene::new(fuzz_slab(), 6, &field, isothermal) else { return Ok(()) };
-            if let Ok(mut simulation) = Simulation::builder(scene).start(ClosePacked).maximum_displacement(1.5).build() {
+            if let Ok(mut simulation) = Simulation::builder(scene).start(ClosePacked).moves(LocalMoves::new(1.5).unwrap()).build() {
                 let _ = simulation.equilibrate(3, &mut ());
             }
         }

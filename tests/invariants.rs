@@ -6,7 +6,7 @@
 mod common;
 
 use common::scenes::{FieldCase, TemperatureCase, field_case, temperature_case};
-use gradient_mc::drive::{ClosedForm, Drive, EquationOfStateClosure, Instantaneous, Scheme, SelfConsistent};
+use gradient_mc::drive::{Automatic, EquationOfStateClosure, Instantaneous, Scheme, SelfConsistent};
 use gradient_mc::moves::{EventChains, FieldEvent, LocalMoves, Moves};
 use gradient_mc::start::{ClosePacked, RandomInsertion, Start, Theory};
 use gradient_mc::temperature::Isothermal;
@@ -67,8 +67,7 @@ impl MovesCase {
         match self {
             Self::Local(displacement) => {
                 let smallest = extents.into_iter().fold(f64::INFINITY, f64::min);
-                let slab = Slab::new(extents[0], extents[1], extents[2]).unwrap();
-                LocalMoves::new(displacement * 0.5 * smallest, &slab).unwrap().into()
+                LocalMoves::new(displacement * 0.5 * smallest).unwrap().into()
             }
             Self::Chains { length, vertical_fraction, field_event, alone } => {
                 let chains =
@@ -150,7 +149,7 @@ where
     if case.compact {
         run_from(case, temperature, scheme, ClosePacked)
     } else {
-        run_from(case, temperature, scheme, RandomInsertion::new(0.3))
+        run_from(case, temperature, scheme, RandomInsertion::new(0.3).unwrap())
     }
 }
 
@@ -158,8 +157,7 @@ fn run_from<T, S, P>(case: Case, temperature: T, scheme: S, start: P) -> Result<
 where
     T: TemperatureProfile,
     S: Scheme<Box<dyn Field>, T>,
-    P: Start,
-    S::Drive: Drive<Box<dyn Field>, T>,
+    P: Start + 'static,
 {
     let slab = case.slab();
     let scene = Scene::new(slab, case.particles(), case.field.make(&slab), temperature)?;
@@ -200,7 +198,7 @@ proptest! {
 
     #[test]
     fn isothermal_scenes_stay_valid(case in case(), temperature in 0.05..50.0_f64) {
-        let go = |case| accept_refusals(run(case, Isothermal::new(temperature).unwrap(), ClosedForm));
+        let go = |case| accept_refusals(run(case, Isothermal::new(temperature).unwrap(), Automatic));
         let first = go(case);
         prop_assert_eq!(&first, &go(case), "the same seed gives the same run");
         if let Some(first) = first {
@@ -221,7 +219,7 @@ proptest! {
             accept_refusals(match scheme {
                 SchemeCase::Closure => run(case, temperature, EquationOfStateClosure::default()),
                 SchemeCase::SelfConsistent => run(case, temperature, SelfConsistent::default()),
-                SchemeCase::Instantaneous => run(case, temperature, Instantaneous::default()),
+                SchemeCase::Instantaneous => run(case, temperature, Instantaneous::default().any_moves()),
             })
         };
         let first = go(case);
@@ -242,7 +240,7 @@ fn a_dense_column_stays_valid() {
         let scene = Scene::new(slab, 720, field.make(&slab), Isothermal::new(5.0).unwrap()).unwrap();
         let mut simulation = Simulation::builder(scene)
             .start(Theory)
-            .maximum_displacement(displacement)
+            .moves(LocalMoves::new(displacement).unwrap())
             .seed(5)
             .build()
             .unwrap();
@@ -255,7 +253,8 @@ fn what_was_seen_can_be_gone_on_from() {
     let slab = Slab::new(30.0, 4.0, 3.5).unwrap();
     let scene =
         || Scene::new(slab, 90, FieldCase::Uniform(1.0).make(&slab), Isothermal::new(3.0).unwrap()).unwrap();
-    let mut simulation = Simulation::builder(scene()).start(ClosePacked).seed(2).build().unwrap();
+    let builder = Simulation::builder(scene()).start(ClosePacked).seed(2);
+    let mut simulation = builder.moves(LocalMoves::new(0.75).unwrap()).build().unwrap();
     simulation.run(200, &mut ()).unwrap();
     let positions = simulation.positions();
     let start = gradient_mc::start::Positions(positions.clone());

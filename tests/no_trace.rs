@@ -1,54 +1,115 @@
-//! An isothermal scene carries nothing of the feedback that other temperatures need: no state, and no
-//! allocation in a sweep. That it costs no time either is shown by `cargo bench --bench throughput`,
-//! which compares it with a drive specialized by hand.
+//! An isothermal scene carries nothing of the feedback that other temperatures need: no table, no
+//! allocation in a sweep, and φ/T to the bit. That it costs no time either is shown by
+//! `cargo bench --bench throughput`, which compares it with a drive specialized by hand.
 
 #![allow(clippy::unwrap_used)]
 
-use gradient_mc::drive::{IsothermalDrive, SelfConsistent, SelfConsistentDrive};
-use gradient_mc::field::UniformField;
-use gradient_mc::moves::LocalMoves;
+use allocation_counter::measure;
+use gradient_mc::drive::{Automatic, Drive, Scheme, SelfConsistent};
+use gradient_mc::field::{ExponentialField, UniformField};
+use gradient_mc::moves::{LocalMoves, Moves};
+use gradient_mc::start::{Positions, Theory};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
-use gradient_mc::{Scene, Simulation, Slab};
+use gradient_mc::{Field, Scene, Simulation, Slab, TemperatureProfile};
 
-fn slab() -> Slab {
-    Slab::new(60.0, 5.0, 5.0).unwrap()
+fn scene<T: TemperatureProfile>(temperature: T) -> Scene<UniformField, T> {
+    let slab = Slab::new(60.0, 5.0, 5.0).unwrap();
+    Scene::new(slab, 200, UniformField::default(), temperature).unwrap()
+}
+
+fn isothermal() -> Scene<UniformField, Isothermal> {
+    scene(Isothermal::new(4.0).unwrap())
 }
 
 #[test]
-fn the_isothermal_drive_has_no_size() {
-    assert_eq!(size_of::<IsothermalDrive>(), 0);
+fn the_isothermal_drive_is_a_tag_and_a_pointer() {
+    type Drive<T> = <Automatic as Scheme<UniformField, T>>::Drive;
+    assert!(size_of::<Drive<Isothermal>>() <= 2 * size_of::<usize>());
     assert_eq!(size_of::<Isothermal>(), size_of::<f64>());
     assert_eq!(size_of::<UniformField>(), size_of::<f64>());
-    let isothermal = size_of::<Simulation<UniformField, Isothermal>>();
-    let feedback = size_of::<Simulation<UniformField, Isothermal, SelfConsistentDrive>>();
-    // But for padding.
-    let padding = align_of::<Simulation<UniformField, Isothermal>>();
-    assert!((feedback - isothermal).abs_diff(size_of::<SelfConsistentDrive>()) < padding);
+}
+
+#[test]
+fn the_isothermal_drive_is_made_without_an_allocation() {
+    let scene = isothermal();
+    assert_eq!(measure(|| drop(Automatic.drive(&scene).unwrap())).count_total, 0);
+    // The counter counts: a temperature that varies has a table.
+    let varying = crate::scene(ExponentialTemperature::new(4.0, 0.02).unwrap());
+    assert!(measure(|| drop(Automatic.drive(&varying).unwrap())).count_total > 0);
+}
+
+/// The drive of a scene at T = 3.7 against φ/T, at many heights.
+fn check<T: TemperatureProfile>(scene: &Scene<ExponentialField, T>) {
+    let (field, (drive, _)) = (scene.field(), Automatic.drive(scene).unwrap());
+    for step in 0..6000 {
+        let height = f64::from(step) * 0.01;
+        let potential = drive.reduced_potential(scene, height);
+        assert_eq!(potential.to_bits(), (field.potential(height) / 3.7).to_bits());
+        let force = drive.reduced_force(scene, height);
+        assert_eq!(force.to_bits(), (field.acceleration(height) / 3.7).to_bits());
+    }
+}
+
+#[test]
+fn the_isothermal_potential_is_the_closed_form_to_the_bit() {
+    let slab = Slab::new(60.0, 5.0, 5.0).unwrap();
+    let field = ExponentialField::new(0.03).unwrap();
+    let known = Isothermal::new(3.7).unwrap();
+    // It only turns out to be constant.
+    let found = ExponentialTemperature::new(3.7, 0.0).unwrap();
+    let chosen: Box<dyn TemperatureProfile> = Box::new(known);
+    check(&Scene::new(slab, 200, field, known).unwrap());
+    check(&Scene::new(slab, 200, field, found).unwrap());
+    check(&Scene::new(slab, 200, field, chosen).unwrap());
+}
+
+/// Allocations of 200 sweeps of production, after 2200 in which everything grows as large as it will.
+fn allocations_of_production(moves: impl Into<Moves>) -> u64 {
+    let mut simulation = Simulation::builder(isothermal()).moves(moves).seed(1).build().unwrap();
+    simulation.equilibrate(2000, &mut ()).unwrap();
+    simulation.run(200, &mut ()).unwrap();
+    measure(|| simulation.run(200, &mut ()).unwrap()).count_total
 }
 
 #[test]
 fn isothermal_sweeps_allocate_nothing() {
-    let scene = Scene::new(slab(), 200, UniformField::default(), Isothermal::new(4.0).unwrap()).unwrap();
-    let mut simulation = Simulation::builder(scene).seed(1).build().unwrap();
     // The cell list makes a page at most for each sphere at first; then it reuses them.
-    simulation.equilibrate(2000, &mut ()).unwrap();
-    let counted = allocation_counter::measure(|| simulation.run(200, &mut ()).unwrap());
-    assert_eq!(counted.count_total, 0);
-
-    // Sizes that were tuned are as cheap as others once they are fixed.
-    let moves = LocalMoves::tuned();
-    let mut simulation = Simulation::builder(scene).moves(moves).seed(1).build().unwrap();
-    simulation.equilibrate(2000, &mut ()).unwrap();
-    simulation.run(200, &mut ()).unwrap();
-    let counted = allocation_counter::measure(|| simulation.run(200, &mut ()).unwrap());
-    assert_eq!(counted.count_total, 0);
+    assert_eq!(allocations_of_production(LocalMoves::new(0.75).unwrap()), 0);
+    // Sizes that were tuned are as cheap as others once they are fixed, and so are chains.
+    assert_eq!(allocations_of_production(LocalMoves::tuned()), 0);
+    assert_eq!(allocations_of_production(Moves::default()), 0);
 
     // The counter counts: a drive that adapts does allocate.
-    let temperature = ExponentialTemperature::new(4.0, 0.02).unwrap();
-    let scene = Scene::new(slab(), 200, UniformField::default(), temperature).unwrap();
-    let builder = Simulation::builder(scene).scheme(SelfConsistent::default());
-    let mut simulation = builder.seed(1).build().unwrap();
+    let moves = LocalMoves::new(0.75).unwrap();
+    let scene = scene(ExponentialTemperature::new(4.0, 0.02).unwrap());
+    let mut simulation = Simulation::builder(scene).moves(moves).seed(1).build().unwrap();
     simulation.equilibrate(2000, &mut ()).unwrap();
-    let counted = allocation_counter::measure(|| simulation.equilibrate(200, &mut ()).unwrap());
-    assert!(counted.count_total > 0);
+    assert!(measure(|| simulation.equilibrate(200, &mut ()).unwrap()).count_total > 0);
+}
+
+#[test]
+fn an_isothermal_simulation_is_made_with_nothing_for_the_feedback() {
+    /// φ/T by hand, which surely has nothing.
+    struct ByHand;
+    impl<F: Field> Drive<F, Isothermal> for ByHand {
+        fn reduced_potential(&self, scene: &Scene<F, Isothermal>, height: f64) -> f64 {
+            scene.field().potential(height) / scene.temperature().temperature(height)
+        }
+    }
+    impl<F: Field> Scheme<F, Isothermal> for ByHand {
+        type Drive = Self;
+        type Adaptation = ();
+        fn drive(self, _: &Scene<F, Isothermal>) -> Result<(Self, ()), gradient_mc::Error> {
+            Ok((self, ()))
+        }
+    }
+    let start = Simulation::builder(isothermal()).start(Theory).build().unwrap().positions();
+    let builder = || Simulation::builder(isothermal()).start(Positions(start.clone()));
+    let automatic = measure(|| drop(builder().build().unwrap()));
+    let by_hand = measure(|| drop(builder().scheme(ByHand).build().unwrap()));
+    assert_eq!(automatic.count_total, by_hand.count_total);
+    assert_eq!(automatic.bytes_total, by_hand.bytes_total);
+    // One that has the machinery has more.
+    let self_consistent = measure(|| drop(builder().scheme(SelfConsistent::default()).build().unwrap()));
+    assert!(self_consistent.count_total > by_hand.count_total);
 }

@@ -7,9 +7,10 @@ mod common;
 
 use approx::assert_relative_eq;
 use common::scenes::NoInteraction;
-use gradient_mc::drive::{ClosedForm, Drive, EquationOfStateClosure, Instantaneous, Scheme, SelfConsistent};
+use gradient_mc::drive::{Automatic, Drive, EquationOfStateClosure, Instantaneous, Scheme, SelfConsistent};
 use gradient_mc::equation_of_state::EquationOfState;
 use gradient_mc::field::{ExponentialField, LinearField, SumField, UniformField};
+use gradient_mc::moves::LocalMoves;
 use gradient_mc::start::ClosePacked;
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal, LinearTemperature, TabulatedTemperature};
 use gradient_mc::{Field, Scene, Simulation, Slab, TemperatureProfile, Vector3};
@@ -41,7 +42,7 @@ where
     S: Scheme<F, T>,
 {
     let scene = Scene::new(slab(), 25_000, field, temperature).unwrap();
-    scheme.drive(&scene).unwrap().reduced_potential(&scene, height)
+    scheme.drive(&scene).unwrap().0.reduced_potential(&scene, height)
 }
 
 /// A hard-sphere equation of state of its own, so that the closure has something to close.
@@ -105,7 +106,7 @@ proptest! {
     fn drives_become_isothermal(rate in tiny_rate(), height in 0.5..399.5_f64, field_rate in -0.01..0.02_f64) {
         let field = ExponentialField::new(field_rate).unwrap();
         let temperature = ExponentialTemperature::new(20.0, rate).unwrap();
-        let isothermal = reduced_potential(field, Isothermal::new(20.0).unwrap(), ClosedForm, height);
+        let isothermal = reduced_potential(field, Isothermal::new(20.0).unwrap(), Automatic, height);
         let reduced = [
             reduced_potential(field, temperature, EquationOfStateClosure::new(NoInteraction), height),
             reduced_potential(field, temperature, EquationOfStateClosure::new(CarnahanStarlingHere), height),
@@ -148,8 +149,8 @@ fn drives_are_linear_in_a_small_decay_rate() {
 fn run<T: TemperatureProfile, S: Scheme<UniformField, T>>(temperature: T, scheme: S) -> Vec<Vector3<f64>> {
     let slab = Slab::new(60.0, 5.0, 5.0).unwrap();
     let scene = Scene::new(slab, 200, UniformField::default(), temperature).unwrap();
-    let mut simulation =
-        Simulation::builder(scene).scheme(scheme).start(ClosePacked).seed(4).build().unwrap();
+    let builder = Simulation::builder(scene).scheme(scheme).start(ClosePacked).seed(4);
+    let mut simulation = builder.moves(LocalMoves::new(0.75).unwrap()).build().unwrap();
     simulation.equilibrate(150, &mut ()).unwrap();
     simulation.run(150, &mut ()).unwrap();
     simulation.positions()
@@ -158,7 +159,7 @@ fn run<T: TemperatureProfile, S: Scheme<UniformField, T>>(temperature: T, scheme
 #[test]
 fn at_constant_temperature_all_schemes_make_the_same_run() {
     // 3 is not a power of two: a division by T and a product with 1/T would differ in the last bit.
-    let isothermal = run(Isothermal::new(3.0).unwrap(), ClosedForm);
+    let isothermal = run(Isothermal::new(3.0).unwrap(), Automatic);
     let exponential = || ExponentialTemperature::new(3.0, 0.0).unwrap();
     assert_eq!(isothermal, run(exponential(), EquationOfStateClosure::default()));
     assert_eq!(isothermal, run(exponential(), SelfConsistent::default()));

@@ -6,7 +6,7 @@
 #![allow(clippy::unwrap_used)]
 
 use gradient_mc::drive::{
-    AveragedThenFrozen, ClosedForm, Drive, EquationOfStateClosure, Instantaneous, RunningAverage, Scheme,
+    Automatic, AveragedThenFrozen, Drive, EquationOfStateClosure, Instantaneous, RunningAverage, Scheme,
     SelfConsistent,
 };
 use gradient_mc::equation_of_state::{
@@ -28,9 +28,7 @@ const SPHERES_PER_AREA: f64 = 12.0;
 
 fn scene<F: Field, T: TemperatureProfile>(height: f64, width: f64, field: F, temperature: T) -> Scene<F, T> {
     let slab = Slab::new(height, width, width).unwrap();
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let particles = (SPHERES_PER_AREA * slab.base_area()).round() as usize;
-    Scene::new(slab, particles, field, temperature).unwrap()
+    Scene::with_column_density(slab, SPHERES_PER_AREA, field, temperature).unwrap()
 }
 
 /// In a uniform field; T = 6 packs the base as T = 20 does the paper's column.
@@ -45,7 +43,7 @@ type Sweeps = [u64; 2];
 fn run<F, T, S>(
     scene: Scene<F, T>,
     scheme: S,
-    start: impl Start,
+    start: impl Start + 'static,
     moves: impl Into<Moves>,
     sweeps: Sweeps,
 ) -> Said
@@ -95,28 +93,28 @@ fn feedback(warning: &Warning) -> bool {
 }
 
 fn local(size: f64) -> LocalMoves {
-    LocalMoves::new(size, column(6.0).slab()).unwrap()
+    LocalMoves::new(size).unwrap()
 }
 
 #[test]
 fn local_moves_too_small_and_too_large() {
     // Too small: where it started, with an error bar that knows nothing of it.
-    let stuck = run(column(6.0), ClosedForm, RandomInsertion::default(), local(0.03), [500, 1000]);
+    let stuck = run(column(6.0), Automatic, RandomInsertion::default(), local(0.03), [500, 1000]);
     assert!(stuck.center_of_mass > 50.0, "{}", stuck.center_of_mass);
     stuck.must(not_mixed).must(far_from_theory);
     // The paper's size: on its way.
-    let slow = run(column(6.0), ClosedForm, RandomInsertion::default(), local(0.75), [500, 1000]);
+    let slow = run(column(6.0), Automatic, RandomInsertion::default(), local(0.75), [500, 1000]);
     slow.must(|warning| matches!(warning, Warning::NotMixed { evidence: MixingEvidence::Drift { .. }, .. }));
     // From the theory's profile, where nothing drifts and the error bar is smallest where it is most wrong.
-    let quiet = run(column(1.5), ClosedForm, Theory, local(0.01), [500, 2000]);
+    let quiet = run(column(1.5), Automatic, Theory, local(0.01), [500, 2000]);
     quiet.must(not_mixed);
     // Too large for the base.
-    let large = run(column(1.5), ClosedForm, Theory, local(2.5), [500, 1500]);
+    let large = run(column(1.5), Automatic, Theory, local(2.5), [500, 1500]);
     large.must(
         |warning| matches!(warning, Warning::LowAcceptance { lowest_height, .. } if *lowest_height < 3.0),
     );
     // Larger than that is refused.
-    let refused = LocalMoves::new(3.0, column(6.0).slab());
+    let refused = LocalMoves::new(3.0);
     assert!(
         matches!(refused, Err(Error::InvalidParameter { name: "maximum displacement", .. })),
         "{refused:?}"
@@ -131,12 +129,12 @@ fn chains_that_are_too_short_too_long_or_turn_round() {
         ("long", chains(1e6)),
         ("long, turning round", chains(1e4).field_event(FieldEvent::Reverse)),
     ] {
-        let said = run(column(6.0), ClosedForm, RandomInsertion::default(), moves, [50, 300]);
+        let said = run(column(6.0), Automatic, RandomInsertion::default(), moves, [50, 300]);
         assert!(said.center_of_mass > 30.0, "{name}: {}", said.center_of_mass);
         said.must(not_mixed).must(far_from_theory);
     }
     // Those in between have arrived.
-    let said = run(column(6.0), ClosedForm, RandomInsertion::default(), chains(100.0), [1000, 3000]);
+    let said = run(column(6.0), Automatic, RandomInsertion::default(), chains(100.0), [1000, 3000]);
     said.must_not(far_from_theory);
 }
 
@@ -168,14 +166,14 @@ fn chains_among_spheres_that_touch() {
 #[test]
 fn boxes_too_narrow_and_lids_too_low() {
     let narrow = scene(60.0, 3.0, UniformField::default(), Isothermal::new(1.5).unwrap());
-    run(narrow, ClosedForm, Theory, EventChains::default(), [10, 300])
+    run(narrow, Automatic, Theory, EventChains::default(), [10, 300])
         .must(|warning| matches!(warning, Warning::NarrowBox { width: 3.0, .. }));
     let low = scene(21.0, 5.0, UniformField::default(), Isothermal::new(6.0).unwrap());
-    run(low, ClosedForm, Theory, EventChains::default(), [10, 300]).must(|warning| {
-        matches!(warning, Warning::LidTooLow { lid: 21.0, pressure_ratio } if *pressure_ratio > 0.01)
+    run(low, Automatic, Theory, EventChains::default(), [10, 300]).must(|warning| {
+        matches!(warning, Warning::LidTooLow { lid: 21.0, pressure_ratio, .. } if *pressure_ratio > 0.01)
     });
     let high = scene(120.0, 5.0, UniformField::default(), Isothermal::new(6.0).unwrap());
-    run(high, ClosedForm, Theory, EventChains::default(), [10, 300])
+    run(high, Automatic, Theory, EventChains::default(), [10, 300])
         .must_not(|warning| matches!(warning, Warning::LidTooLow { .. }));
 }
 
@@ -187,9 +185,9 @@ fn columns_that_freeze() {
         let scene = column(0.3);
         let chains = EventChains::default();
         if start {
-            run(scene, ClosedForm, RandomInsertion::new(0.3), chains, [500, 500])
+            run(scene, Automatic, RandomInsertion::new(0.3).unwrap(), chains, [500, 500])
         } else {
-            run(scene, ClosedForm, ClosePacked, chains, [500, 500])
+            run(scene, Automatic, ClosePacked, chains, [500, 500])
         }
     };
     let (above, below) = (cold(true), cold(false));
@@ -212,7 +210,7 @@ fn columns_that_freeze() {
     // A field that grows with height, and a temperature that falls.
     let field = ExponentialField::new(0.25).unwrap();
     let field = scene(60.0, 5.0, field, Isothermal::new(6.0).unwrap());
-    run(field, ClosedForm, Theory, EventChains::default(), [100, 400]).must(metastable);
+    run(field, Automatic, Theory, EventChains::default(), [100, 400]).must(metastable);
     let temperature = ExponentialTemperature::new(6.0, 0.5).unwrap();
     let temperature = scene(40.0, 5.0, UniformField::default(), temperature);
     run(temperature, SelfConsistent::default(), Theory, EventChains::default(), [300, 400])
@@ -229,14 +227,21 @@ fn feedback_that_is_wrong() {
     let counting = |warning: &Warning| matches!(warning, Warning::CountingNoise { .. });
     let changing = |warning: &Warning| matches!(warning, Warning::ChangesWhileMeasuring { .. });
     let chains = EventChains::default();
-    let said = run(cooling(), Instantaneous::new(0.2), Theory, local(0.75), [500, 1000]);
+    let said = run(cooling(), Instantaneous::new(0.2).unwrap(), Theory, local(0.75), [500, 1000]);
     said.must(counting).must(changing).must(feedback);
     run(cooling(), RunningAverage::default(), Theory, chains, [500, 1000]).must(changing);
     // Frozen while the column was still falling.
-    let said = run(cooling(), AveragedThenFrozen::default(), RandomInsertion::new(0.25), chains, [60, 2000]);
+    let said = run(
+        cooling(),
+        AveragedThenFrozen::default(),
+        RandomInsertion::new(0.25).unwrap(),
+        chains,
+        [60, 2000],
+    );
     said.must(feedback);
     // Bins as wide as what they have to resolve.
-    let said = run(cooling(), SelfConsistent::default().bin_width(5.0), Theory, chains, [1000, 3000]);
+    let said =
+        run(cooling(), SelfConsistent::default().bin_width(5.0).unwrap(), Theory, chains, [1000, 3000]);
     said.must(feedback);
     // The default, long enough.
     let said = run(cooling(), SelfConsistent::default(), Theory, chains, [8000, 4000]);
@@ -349,7 +354,8 @@ fn jumps_of_a_users_own() {
     let temperature = TemperatureFn(|height: f64| if height < STEP { 6.0 } else { 3.0 });
     let jump = scene(40.0, 5.0, UniformField::default(), temperature);
     for bin_width in [0.1, 0.13] {
-        let drive = EquationOfStateClosure::new(IdealGas).bin_width(bin_width).drive(&jump).unwrap();
+        let drive =
+            EquationOfStateClosure::new(IdealGas).bin_width(bin_width).unwrap().drive(&jump).unwrap().0;
         let [below, above] = [STEP - 0.5, STEP + 0.5].map(|height| drive.reduced_potential(&jump, height));
         let expected = 0.5 / 6.0 + 0.5 / 3.0 - std::f64::consts::LN_2;
         assert!((above - below - expected).abs() < 0.01, "{} against {expected}", above - below);
@@ -384,7 +390,7 @@ fn starts_that_do_not_fit() {
         Scene::new(slab, particles, UniformField::default(), Isothermal::new(10.0).unwrap()).unwrap()
     };
     let start = |density: f64| {
-        Simulation::builder(place(density)).start(RandomInsertion::new(density)).build().map(drop)
+        Simulation::builder(place(density)).start(RandomInsertion::new(density).unwrap()).build().map(drop)
     };
     assert!(start(0.5).is_ok());
     let failed = start(0.9);
@@ -415,7 +421,7 @@ fn positions_of_single_precision() {
     };
     let overlap = start(1.0);
     assert!(
-        matches!(overlap, Err(Error::Overlap { first: 0, second: 1, distance }) if distance > 1.0 - 1e-6),
+        matches!(overlap, Err(Error::Overlap { first: 0, second: 1, distance, .. }) if distance > 1.0 - 1e-6),
         "{overlap:?}"
     );
     assert!(start(1.0 + 1e-6).is_ok());

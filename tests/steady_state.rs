@@ -5,8 +5,9 @@
 
 #![allow(clippy::unwrap_used)]
 
-use gradient_mc::drive::{ClosedForm, Drive, Scheme, SelfConsistent};
+use gradient_mc::drive::{Automatic, Scheme, SelfConsistent};
 use gradient_mc::field::UniformField;
+use gradient_mc::moves::LocalMoves;
 use gradient_mc::observers::{Bins, CenterOfMass, DensityProfile};
 use gradient_mc::start::{ClosePacked, RandomInsertion, Start};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
@@ -18,8 +19,8 @@ const BAND: f64 = 4.0;
 const BANDS: usize = 5;
 
 /// Center of mass and densities of one replica.
-fn observe<T: TemperatureProfile, D: Drive<UniformField, T>>(
-    mut simulation: Simulation<UniformField, T, D>,
+fn observe<T: TemperatureProfile, S: Scheme<UniformField, T>>(
+    mut simulation: Simulation<UniformField, T, S>,
     equilibration: u64,
     sweeps: u64,
 ) -> Vec<f64> {
@@ -75,13 +76,13 @@ fn side<T, S, P>(
 where
     T: TemperatureProfile + Copy,
     S: Scheme<UniformField, T> + Copy,
-    P: Start + Copy,
+    P: Start + Copy + 'static,
 {
     let slab = Slab::new(80.0, 5.0, 5.0).unwrap();
     let scene = Scene::new(slab, 250, UniformField::default(), temperature).unwrap();
     replicate(|replica| {
         let builder = Simulation::builder(scene).scheme(scheme).start(start);
-        let simulation = builder.maximum_displacement(0.8).seed(seed + replica).build().unwrap();
+        let simulation = builder.moves(LocalMoves::new(0.8).unwrap()).seed(seed + replica).build().unwrap();
         observe(simulation, equilibration, sweeps)
     })
 }
@@ -89,11 +90,11 @@ where
 #[test]
 fn isothermal_column_from_above_and_below() {
     let temperature = Isothermal::new(5.0).unwrap();
-    let high = side(temperature, ClosedForm, RandomInsertion::default(), 100, 8_000, 24_000);
-    let low = side(temperature, ClosedForm, ClosePacked, 200, 8_000, 24_000);
+    let high = side(temperature, Automatic, RandomInsertion::default(), 100, 8_000, 24_000);
+    let low = side(temperature, Automatic, ClosePacked, 200, 8_000, 24_000);
     meet(&high, &low, 0.01).unwrap();
     // Without the equilibration they do not: the test would notice.
-    let early = side(temperature, ClosedForm, RandomInsertion::default(), 100, 0, 200);
+    let early = side(temperature, Automatic, RandomInsertion::default(), 100, 0, 200);
     meet(&early, &low, 0.5).unwrap_err();
 }
 

@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::disallowed_methods)]
 
 use gradient_mc::field::UniformField;
-use gradient_mc::moves::EventChains;
+use gradient_mc::moves::{EventChains, LocalMoves};
 use gradient_mc::observers::{
     Bins, BondOrder, CenterOfMass, DensityProfile, HexaticOrder, Layer, NeighborAngles, RadialDistribution,
     Structure, StructureProfile,
@@ -51,7 +51,7 @@ fn layers_at_the_base_of_a_fluid() {
     let first = layers[0].lateral_density;
     assert!((first.mean - 0.771).abs() < 0.02 + 4.0 * first.standard_error, "{first}");
     assert!(first.standard_error < 0.01, "{first}");
-    assert_eq!(layers[0].position, Estimate::new(0.5, 0.0));
+    assert_eq!(layers[0].position, Estimate::exact(0.5));
     for (layer, low, high) in [(&layers[1], 1.44, 1.56), (&layers[2], 2.34, 2.5), (&layers[3], 3.2, 3.5)] {
         let position = layer.position;
         assert!(position.mean > low && position.mean < high && position.standard_error < 0.08, "{position}");
@@ -122,7 +122,8 @@ fn recognized(packing_fraction: f64) -> f64 {
     let slab = Slab::new(1.0 + 13.0 * layer_distance + 0.8 * (spacing - 1.0), width_y, width_z).unwrap();
     let positions = crystal.positions();
     let scene = column(slab, positions.len(), 0.0, 1.0);
-    let builder = Simulation::builder(scene).start(Positions(positions)).maximum_displacement(0.12);
+    let builder =
+        Simulation::builder(scene).start(Positions(positions)).moves(LocalMoves::new(0.12).unwrap());
     let mut simulation = builder.seed(3).build().unwrap();
     let letters = crystal.letters.as_bytes();
     let mut order = BondOrder::new(&slab);
@@ -165,7 +166,8 @@ fn crystals_under_their_weight_keep_their_stacking() {
         let slab = Slab::new(30.0, width_y, width_z).unwrap();
         let positions = crystal.positions();
         let scene = column(slab, positions.len(), 1.0, temperature);
-        let builder = Simulation::builder(scene).start(Positions(positions)).maximum_displacement(0.15);
+        let builder =
+            Simulation::builder(scene).start(Positions(positions)).moves(LocalMoves::new(0.15).unwrap());
         let mut simulation = builder.seed(4).build().unwrap();
         simulation.equilibrate(6000, &mut ()).unwrap();
         let mut density = DensityProfile::new(&slab, Bins::count(800).from(0.5).to(20.5)).unwrap();
@@ -240,7 +242,7 @@ fn relaxation_of_a_column_is_found() {
     let heights = |start_high: bool| {
         let scene = column(slab, 360, 1.0, 5.0);
         let mut center = CenterOfMass::new();
-        let builder = Simulation::builder(scene).maximum_displacement(3.0).seed(5);
+        let builder = Simulation::builder(scene).moves(LocalMoves::new(3.0).unwrap()).seed(5);
         if start_high {
             builder.start(RandomInsertion::default()).build().unwrap().run(20_000, &mut center).unwrap();
         } else {

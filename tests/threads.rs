@@ -48,9 +48,8 @@ fn run(threads: usize, extents: [f64; 3], moves: &[f64]) -> (Vec<Vector3<f64>>, 
     let particles = 12_000;
     let scene =
         Scene::new(slab, particles, UniformField::new(0.05).unwrap(), Isothermal::new(2.0).unwrap()).unwrap();
-    let moves =
-        if moves.is_empty() { LocalMoves::tuned() } else { LocalMoves::mixture(moves, &slab).unwrap() };
-    let builder = Simulation::builder(scene).start(RandomInsertion::new(0.2)).moves(moves).seed(9);
+    let moves = if moves.is_empty() { LocalMoves::tuned() } else { LocalMoves::mixture(moves).unwrap() };
+    let builder = Simulation::builder(scene).start(RandomInsertion::new(0.2).unwrap()).moves(moves).seed(9);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
         let mut simulation = builder.build()?;
@@ -93,7 +92,7 @@ fn the_bits_are_those_of_the_serial_program() {
 fn run_chains(threads: usize, local: bool) -> (Vec<Vector3<f64>>, MoveCounts, ChainPressureProfile) {
     let slab = Slab::new(40.0, 150.0, 150.0).unwrap();
     let scene = Scene::new(slab, 135_000, UniformField::default(), Isothermal::new(6.0).unwrap()).unwrap();
-    let chains = EventChains::default().local_moves(local.then(|| LocalMoves::new(0.5, &slab).unwrap()));
+    let chains = EventChains::default().local_moves(local.then(|| LocalMoves::new(0.5).unwrap()));
     let builder = Simulation::builder(scene).moves(chains).seed(9);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {

@@ -121,10 +121,8 @@ impl Method {
 }
 
 fn scene(width: f64, temperature: f64) -> Result<Scene<UniformField, Isothermal>, Error> {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let particles = (COLUMN_DENSITY * width * width).round() as usize;
     let slab = Slab::new(HEIGHT, width, width)?;
-    Scene::new(slab, particles, UniformField::default(), Isothermal::new(temperature)?)
+    Scene::with_column_density(slab, COLUMN_DENSITY, UniformField::default(), Isothermal::new(temperature)?)
 }
 
 /// Independent states at a temperature.
@@ -261,9 +259,8 @@ fn check_newtonian() -> Result<(), Error> {
 }
 
 fn rows() -> Result<Vec<(String, Method)>, Error> {
-    let slab = Slab::new(HEIGHT, 5.0, 5.0)?;
     let mut rows =
-        vec![("local moves, S = 0.75".to_string(), Method::Library(LocalMoves::new(0.75, &slab)?.into()))];
+        vec![("local moves, S = 0.75".to_string(), Method::Library(LocalMoves::new(0.75)?.into()))];
     for length in [10.0, 50.0, 200.0, 1000.0, 5000.0] {
         let moves = EventChains::with_length(length)?.field_event(FieldEvent::Relocate).local_moves(None);
         rows.push((format!("relocate, length {length}"), Method::Library(moves.into())));
@@ -277,7 +274,7 @@ fn rows() -> Result<Vec<(String, Method)>, Error> {
         rows.push((format!("relocate, tuned, vertical {fraction}"), Method::Library(moves.into())));
     }
     for displacement in [0.2, 0.5] {
-        let local = LocalMoves::new(displacement, &slab)?;
+        let local = LocalMoves::new(displacement)?;
         let moves = EventChains::default().local_moves(Some(local));
         rows.push((format!("relocate, tuned, and local, S = {displacement}"), Method::Library(moves.into())));
     }
@@ -312,9 +309,7 @@ fn main() -> Result<(), Error> {
             continue;
         }
         let row = measure(method, width, &states, seconds)?;
-        let text = |estimate: Estimate| {
-            Estimate::new(1e3 * estimate.mean, 1e3 * estimate.standard_error).to_string()
-        };
+        let text = |estimate: Estimate| (1e3 * estimate).to_string();
         let [layer, bulk] = [row.layer, row.bulk].map(|found| found.map_or("?".to_string(), text));
         println!("{name:<38} {:>14} {layer:>14} {bulk:>14} {:>12.2}", text(row.relaxation), row.rate);
     }

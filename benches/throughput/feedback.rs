@@ -2,26 +2,16 @@
 //! balance of forces, against sweeps in the same potential, frozen and unobserved.
 
 use crate::median;
-use gradient_mc::drive::{EffectivePotential, EquationOfStateClosure, Scheme, SelfConsistent};
+use gradient_mc::drive::{EquationOfStateClosure, SelfConsistent};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
 use gradient_mc::temperature::ExponentialTemperature;
-use gradient_mc::{Error, Scene, Simulation, Slab};
+use gradient_mc::{Scene, Simulation, Slab};
 use paper::Failure;
 use paper::clock::process_cpu_seconds as cpu_seconds;
 use paper::table::Table;
 
 const TURNS: usize = 21;
-
-/// The frozen potential, and nothing else.
-struct Bare(EffectivePotential);
-
-impl<F: gradient_mc::Field, T> Scheme<F, T> for Bare {
-    type Drive = EffectivePotential;
-    fn drive(self, _: &Scene<F, T>) -> Result<EffectivePotential, Error> {
-        Ok(self.0)
-    }
-}
 
 pub(crate) fn run() -> Result<(), Failure> {
     let mut table = Table::new(["spheres, moves", "adapting / frozen", "recording / frozen"]);
@@ -30,14 +20,14 @@ pub(crate) fn run() -> Result<(), Failure> {
         let temperature = ExponentialTemperature::new(20.0, 0.02)?;
         let scene = Scene::new(slab, particles, UniformField::default(), temperature)?;
         let moves: [(&str, Moves); 2] =
-            [("local", LocalMoves::new(0.75, &slab)?.into()), ("chains", EventChains::default().into())];
+            [("local", LocalMoves::new(0.75)?.into()), ("chains", EventChains::default().into())];
         for (name, moves) in moves {
-            let potential = EquationOfStateClosure::default().drive(&scene)?.potential().clone();
+            let closed =
+                || Simulation::builder(scene).scheme(EquationOfStateClosure::default()).moves(moves).build();
             let mut adapting =
                 Simulation::builder(scene).scheme(SelfConsistent::default()).moves(moves).build()?;
-            let mut recording =
-                Simulation::builder(scene).scheme(EquationOfStateClosure::default()).moves(moves).build()?;
-            let mut frozen = Simulation::builder(scene).scheme(Bare(potential)).moves(moves).build()?;
+            // What production records, equilibration does not.
+            let (mut recording, mut frozen) = (closed()?, closed()?);
             // Past the first steps, which are short.
             adapting.equilibrate(600, &mut ())?;
             recording.equilibrate(600, &mut ())?;
@@ -48,7 +38,7 @@ pub(crate) fn run() -> Result<(), Failure> {
                 let start = cpu_seconds();
                 adapting.equilibrate(sweeps, &mut ())?;
                 let first = cpu_seconds();
-                frozen.run(sweeps, &mut ())?;
+                frozen.equilibrate(sweeps, &mut ())?;
                 let second = cpu_seconds();
                 recording.run(sweeps, &mut ())?;
                 let third = cpu_seconds();

@@ -46,8 +46,9 @@ impl<F, T> Drive<F, T> for ByHand {
 
 impl<F, T> Scheme<F, T> for ByHand {
     type Drive = Self;
-    fn drive(self, _: &Scene<F, T>) -> Result<Self, Error> {
-        Ok(self)
+    type Adaptation = ();
+    fn drive(self, _: &Scene<F, T>) -> Result<(Self, ()), Error> {
+        Ok((self, ()))
     }
 }
 
@@ -67,13 +68,11 @@ fn compare(name: &str, number_density: f64, displacement: f64) -> Result<(), Err
     let height = PARTICLES as f64 / (WIDTH * WIDTH * number_density);
     let slab = Slab::new(height, WIDTH, WIDTH)?;
     let scene = Scene::new(slab, PARTICLES, UniformField::new(0.0)?, Isothermal::new(TEMPERATURE)?)?;
-    let mut start = Simulation::builder(scene).maximum_displacement(displacement).seed(1).build()?;
+    let mut start = Simulation::builder(scene).moves(LocalMoves::new(displacement)?).seed(1).build()?;
     start.equilibrate(300, &mut ())?;
     let positions = start.positions();
-    let builder = || {
-        let start = Positions(positions.clone());
-        Simulation::builder(scene).start(start).maximum_displacement(displacement).seed(2)
-    };
+    let moves = LocalMoves::new(displacement)?;
+    let builder = || Simulation::builder(scene).start(Positions(positions.clone())).moves(moves).seed(2);
     let mut plain = PlainColumn::new(height, WIDTH, TEMPERATURE, displacement, &positions, 1);
     let mut library = builder().build()?;
     let mut by_hand = builder().scheme(ByHand).build()?;
@@ -132,13 +131,10 @@ enum HotLoop {
 /// Makes sweeps of one hot loop; the difference of two counts is free of what prepares them.
 fn count(of: HotLoop, sweeps: u64) -> Result<(), Failure> {
     let (scene, moves): (_, Moves) = match of {
-        HotLoop::Dense => {
-            (packing::fluid(4000, 12.0, 0.45)?, LocalMoves::new(0.12, &Slab::new(30.0, 12.0, 12.0)?)?.into())
+        HotLoop::Dense => (packing::fluid(4000, 12.0, 0.45)?, LocalMoves::new(0.12)?.into()),
+        HotLoop::Dilute => {
+            (packing::fluid(4000, 25.0, 0.1 * std::f64::consts::PI / 6.0)?, LocalMoves::new(0.75)?.into())
         }
-        HotLoop::Dilute => (
-            packing::fluid(4000, 25.0, 0.1 * std::f64::consts::PI / 6.0)?,
-            LocalMoves::new(0.75, &Slab::new(30.0, 25.0, 25.0)?)?.into(),
-        ),
         HotLoop::Chains => {
             let slab = Slab::new(400.0, 10.0, 10.0)?;
             let scene = Scene::new(slab, 4000, UniformField::default(), Isothermal::new(TEMPERATURE)?)?;

@@ -42,7 +42,7 @@ pub(crate) fn run() -> Result<(), Failure> {
     for packing_fraction in [0.02, 0.05, 0.1, 0.2, 0.3, 0.4, 0.45, 0.49] {
         let scene = fluid(PARTICLES, WIDTH, packing_fraction)?;
         let size = displacement(packing_fraction);
-        let local: Moves = LocalMoves::new(size, scene.slab())?.into();
+        let local: Moves = LocalMoves::new(size)?.into();
         let chains: Moves = EventChains::default().local_moves(None).into();
         let mut local = Simulation::builder(scene).moves(local).seed(1).build()?;
         let mut chains = Simulation::builder(scene).moves(chains).seed(1).build()?;

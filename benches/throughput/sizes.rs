@@ -46,7 +46,7 @@ pub(crate) fn run(largest: usize, directory: &Path) -> Result<(), Failure> {
             }
             Ok(median(nanoseconds))
         };
-        let trial = time(LocalMoves::new(0.5, &slab)?.into(), &|move_counts| move_counts.trials)?;
+        let trial = time(LocalMoves::new(0.5)?.into(), &|move_counts| move_counts.trials)?;
         let event = time(EventChains::default().local_moves(None).into(), &|move_counts| move_counts.events)?;
         trials.push((particles, trial));
         events.push((particles, event));

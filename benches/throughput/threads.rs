@@ -25,7 +25,7 @@ pub(crate) fn run() -> Result<(), Failure> {
     ] {
         let scene = fluid(particles, width, packing_fraction)?;
         let sweeps = SWEEPS * 25_000 / particles as u64 + 1;
-        let moves = LocalMoves::new(size, scene.slab())?;
+        let moves = LocalMoves::new(size)?;
         let pools = [1, 2].map(|threads| rayon::ThreadPoolBuilder::new().num_threads(threads).build());
         let [one, two] = pools;
         let pools = [one?, two?];

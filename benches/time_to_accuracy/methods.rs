@@ -1,7 +1,7 @@
 //! The ways of moving a column, behind one face.
 
 use crate::column::{HEIGHT, TEMPERATURE, particles};
-use gradient_mc::drive::Drive;
+use gradient_mc::drive::Scheme;
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
 use gradient_mc::start::{RandomInsertion, Start, Theory};
@@ -54,7 +54,7 @@ impl Method {
         let slab = Slab::new(HEIGHT, width, width)?;
         let scene =
             Scene::new(slab, particles(width), UniformField::default(), Isothermal::new(TEMPERATURE)?)?;
-        let local: Moves = LocalMoves::new(DISPLACEMENT, &slab)?.into();
+        let local: Moves = LocalMoves::new(DISPLACEMENT)?.into();
         let tuned: Moves = LocalMoves::tuned().into();
         let chains: Moves = EventChains::default().into();
         match self {
@@ -74,9 +74,9 @@ impl Method {
     }
 }
 
-fn library<S: Start>(
+fn library(
     scene: Scene<UniformField, Isothermal>,
-    start: S,
+    start: impl Start + 'static,
     moves: Moves,
     seed: u64,
 ) -> Result<Box<dyn Engine>, Failure> {
@@ -90,7 +90,7 @@ pub(crate) trait Engine: Send {
     fn heights(&self, look: &mut dyn FnMut(f64));
 }
 
-impl<F: Field + Send, T: TemperatureProfile + Send, D: Drive<F, T> + Send> Engine for Simulation<F, T, D> {
+impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Engine for Simulation<F, T, S> {
     fn sweep(&mut self, sweeps: u64) -> Result<(), Failure> {
         // What adapts does so at first, and is fixed then.
         let adapting = EQUILIBRATION.saturating_sub(self.frame().sweep()).min(sweeps);

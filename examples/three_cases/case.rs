@@ -2,7 +2,7 @@
 
 use super::measurement::{Replica, simulate};
 use super::protocol::{Protocol, SchemeChoice};
-use gradient_mc::drive::{ClosedForm, EquationOfStateClosure, Instantaneous, SelfConsistent};
+use gradient_mc::drive::{Automatic, EquationOfStateClosure, Instantaneous, SelfConsistent};
 use gradient_mc::field::{ExponentialField, UniformField};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{Error, Field, Scene, TemperatureProfile};
@@ -97,12 +97,12 @@ impl Case {
             Self::Isothermal => {
                 let scene =
                     Scene::new(slab, particles, UniformField::default(), Isothermal::new(temperature)?)?;
-                simulate(scene, ClosedForm, protocol, seed, interrupt, progress)
+                simulate(scene, Automatic, protocol, seed, interrupt, progress)
             }
             Self::VaryingField => {
                 let field = ExponentialField::new(self.field_rate())?;
                 let scene = Scene::new(slab, particles, field, Isothermal::new(temperature)?)?;
-                simulate(scene, ClosedForm, protocol, seed, interrupt, progress)
+                simulate(scene, Automatic, protocol, seed, interrupt, progress)
             }
             Self::VaryingTemperature => {
                 let temperature = ExponentialTemperature::new(temperature, self.temperature_decay())?;
@@ -119,9 +119,14 @@ impl Case {
                         interrupt,
                         progress,
                     ),
-                    SchemeChoice::Instantaneous => {
-                        simulate(scene, Instantaneous::default(), protocol, seed, interrupt, progress)
-                    }
+                    SchemeChoice::Instantaneous => simulate(
+                        scene,
+                        Instantaneous::default().any_moves(),
+                        protocol,
+                        seed,
+                        interrupt,
+                        progress,
+                    ),
                 }
             }
         }

@@ -1,9 +1,10 @@
 //! One replica: equilibrate, then measure in consecutive intervals.
 
 use super::protocol::{Protocol, StartChoice};
-use gradient_mc::drive::{Drive, ForceBalance, Scheme};
+use gradient_mc::drive::{ForceBalance, Scheme};
 use gradient_mc::observers::{Bins, CenterOfMass, EquationOfStateProfile};
-use gradient_mc::{Every, Field, MoveCounts, Scene, Simulation, TemperatureProfile, Warning, start};
+use gradient_mc::start::{ClosePacked, RandomInsertion, Start, Theory};
+use gradient_mc::{Every, Field, MoveCounts, Scene, Simulation, TemperatureProfile, Warning};
 use paper::Failure;
 use paper::clock::cpu_seconds;
 use paper::interrupt::Interrupt;
@@ -47,17 +48,18 @@ where
     T: TemperatureProfile,
     S: Scheme<F, T>,
 {
-    let builder = Simulation::builder(scene).scheme(scheme).moves(protocol.moves()?).seed(seed);
-    let simulation = match protocol.start {
-        StartChoice::Uniform => builder.start(start::RandomInsertion::default()).build()?,
-        StartChoice::Theory => builder.start(start::Theory).build()?,
-        StartChoice::ClosePacked => builder.start(start::ClosePacked).build()?,
+    let start: Box<dyn Start> = match protocol.start {
+        StartChoice::Uniform => Box::new(RandomInsertion::default()),
+        StartChoice::Theory => Box::new(Theory),
+        StartChoice::ClosePacked => Box::new(ClosePacked),
     };
+    let builder = Simulation::builder(scene).scheme(scheme).start(start);
+    let simulation = builder.moves(protocol.moves()?).seed(seed).build()?;
     measure(simulation, protocol, interrupt, progress)
 }
 
-fn measure<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
-    mut simulation: Simulation<F, T, D>,
+fn measure<F: Field, T: TemperatureProfile, S: Scheme<F, T>>(
+    mut simulation: Simulation<F, T, S>,
     protocol: &Protocol,
     interrupt: &Interrupt,
     progress: &Progress,

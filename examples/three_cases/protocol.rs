@@ -142,7 +142,7 @@ impl Protocol {
             MovesChoice::Chains => EventChains::default().into(),
             MovesChoice::Tuned => LocalMoves::tuned().into(),
             MovesChoice::Both => EventChains::default().local_moves(Some(LocalMoves::tuned())).into(),
-            MovesChoice::Local => LocalMoves::new(Self::MAXIMUM_DISPLACEMENT, &self.slab()?)?.into(),
+            MovesChoice::Local => LocalMoves::new(Self::MAXIMUM_DISPLACEMENT)?.into(),
         })
     }
 

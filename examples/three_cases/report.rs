@@ -64,7 +64,7 @@ pub(crate) struct Comparison {
 impl Comparison {
     fn new(points: impl Iterator<Item = (f64, Estimate)>) -> Self {
         let (mut squares, mut noise, mut spread, mut count) = (0.0, 0.0, 0.0, 0.0);
-        let (mut largest, mut largest_at) = (Estimate::new(0.0, 0.0), f64::NAN);
+        let (mut largest, mut largest_at) = (Estimate::exact(0.0), f64::NAN);
         for (packing_fraction, deviation) in points {
             let square = deviation.mean * deviation.mean;
             let variance = deviation.standard_error * deviation.standard_error;

@@ -4,6 +4,7 @@ use crate::Failure;
 use crate::contest::{Count, Engine};
 use crate::state::State;
 use gradient_mc::field::UniformField;
+use gradient_mc::moves::LocalMoves;
 use gradient_mc::start::Positions;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{MoveCounts, Scene, Simulation, Slab, Vector3};
@@ -25,7 +26,7 @@ fn scene(state: &State) -> Result<Scene<UniformField, Isothermal>, Failure> {
 /// in which hoomd-mc then sweeps.
 pub(crate) fn prepare(state: &State, sweeps: u64) -> Result<Vec<[f64; 3]>, Failure> {
     let mut simulation = Simulation::builder(scene(state)?)
-        .maximum_displacement(state.maximum_displacement)
+        .moves(LocalMoves::new(state.maximum_displacement)?)
         .seed(1)
         .build()?;
     simulation.equilibrate(sweeps, &mut ())?;
@@ -42,7 +43,7 @@ impl Library {
         let positions = positions.iter().map(|&position| Vector3::from(position)).collect();
         let simulation = Simulation::builder(scene(state)?)
             .start(Positions(positions))
-            .maximum_displacement(state.maximum_displacement)
+            .moves(LocalMoves::new(state.maximum_displacement)?)
             .seed(2)
             .build()?;
         Ok(Self { simulation })

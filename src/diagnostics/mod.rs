@@ -4,29 +4,33 @@
 
 mod acceptance;
 mod expectation;
+mod feedback;
 mod freezing;
 mod hexagonal;
 mod mixing;
 mod narrow;
 
-use crate::drive::Drive;
+use crate::drive::{Adaptation, Drive, ForceBalance};
 use crate::monitor::Monitor;
 use crate::moves::Engine;
 use crate::{Error, Field, Scene, TemperatureProfile, Warning};
 use expectation::Expectation;
 use mixing::Mixing;
 
-/// All that is judged: notes of production, the scene and the drive.
+/// All that is judged: notes of production, the scene and what drives it.
 #[derive(Clone, Copy)]
-pub(crate) struct Case<'a, F, T, D> {
+pub(crate) struct Case<'a, F, T, D, A> {
     pub(crate) scene: &'a Scene<F, T>,
     pub(crate) drive: &'a D,
+    pub(crate) adaptation: &'a A,
     pub(crate) monitor: &'a Monitor,
+    /// Where the temperature varies.
+    pub(crate) balance: Option<&'a ForceBalance>,
     /// What sweeps consist of.
     pub(crate) engine: &'a Engine,
 }
 
-impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Case<'_, F, T, D> {
+impl<F: Field, T: TemperatureProfile, D: Drive<F, T>, A: Adaptation<D>> Case<'_, F, T, D, A> {
     /// Fewest sweeps of production from which anything is concluded: half of them have sixteen numbers of the series.
     const FEWEST_SWEEPS: u64 = 32 * Monitor::FIRST_INTERVAL;
 
@@ -34,7 +38,8 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Case<'_, F, T, D> {
         let Self { scene, drive, monitor, .. } = *self;
         let sweeps = monitor.sweeps();
         let changes = drive.generation().saturating_sub(monitor.generation());
-        let mut warnings = drive.warnings(scene);
+        let mut warnings = self.adaptation.warnings(drive, &scene.as_any());
+        warnings.extend(self.balance.and_then(|balance| feedback::warning(balance, sweeps)));
         let theory = match Expectation::new(scene) {
             Ok(theory) => Some(theory),
             Err(error) => {

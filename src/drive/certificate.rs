@@ -1,10 +1,11 @@
 //! Whether the effective field was the right one: the balance of forces in a production run.
 
-use super::Drive;
 use super::column_average::LidContact;
-use super::effective_potential::EffectivePotential;
-use crate::statistics::{BlockAverages, Estimate, drift};
-use crate::{Centers, Error, Field, Merge, Scene, TemperatureProfile};
+use crate::frame::{Frame, Phase};
+use crate::observer::{Observer, ObserverError};
+use crate::scene::AnyScene;
+use crate::statistics::{BlockAverages, Estimate, blocking, drift};
+use crate::{Error, Merge, TemperatureProfile};
 use std::fmt;
 
 /// Both sides of the sum rule that the effective field must fulfil, from the production run of a mapped scene.
@@ -45,12 +46,14 @@ impl ForceBalance {
     /// Nor is a deviation above the tolerance of more than these.
     const SIGNIFICANT: f64 = 3.0;
     /// Fewer tell nothing about a drift.
-    pub(super) const FEWEST_CONFIGURATIONS: u64 = 64;
+    const FEWEST_CONFIGURATIONS: u64 = 64;
+    /// Sweeps of production between two looks.
+    const SWEEPS_BETWEEN_LOOKS: u64 = 5;
+    /// Fewest sweeps of production that can be judged.
+    pub(crate) const FEWEST_SWEEPS: u64 = Self::FEWEST_CONFIGURATIONS * Self::SWEEPS_BETWEEN_LOOKS;
 
-    pub(super) fn new<F, T: TemperatureProfile>(
-        scene: &Scene<F, T>,
-        certifiable: bool,
-    ) -> Result<Self, Error> {
+    /// Nothing yet. `certifiable` is whether the potential does not change with every configuration.
+    pub(crate) fn new(scene: &AnyScene<'_>, certifiable: bool) -> Self {
         let (lowest, extent) = (scene.slab().lowest_center(), scene.slab().height() - 1.0);
         let bands = extent.round().clamp(1.0, Self::MOST_BANDS);
         let band_height = extent / bands;
@@ -59,7 +62,7 @@ impl ForceBalance {
         let bands = bands as usize;
         let temperature = |height: f64| scene.temperature().temperature(height);
         let components = 2 * bands + 4;
-        Ok(Self {
+        Self {
             base_area: scene.slab().base_area(),
             temperatures: (0..bands).map(|band| temperature(lowest + band as f64 * band_height)).collect(),
             lid_temperature: temperature(scene.slab().highest_center()),
@@ -67,48 +70,13 @@ impl ForceBalance {
             band_height,
             certifiable,
             sample: vec![0.0; components],
-            averages: BlockAverages::new(components)?,
+            averages: BlockAverages::of(components),
             replica_drifts: Vec::new(),
-        })
-    }
-
-    /// Forgets everything.
-    pub(super) fn clear<F, T: TemperatureProfile>(&mut self, scene: &Scene<F, T>) -> Result<(), Error> {
-        *self = Self::new(scene, self.certifiable)?;
-        Ok(())
+        }
     }
 
     fn bands(&self) -> usize {
         self.temperatures.len()
-    }
-
-    /// Adds a configuration.
-    pub(super) fn record<F: Field, T: TemperatureProfile>(
-        &mut self,
-        potential: &EffectivePotential,
-        lid_pressure: f64,
-        scene: &Scene<F, T>,
-        centers: Centers<'_>,
-    ) -> Result<(), Error> {
-        let bands = self.bands();
-        let highest = scene.slab().highest_center();
-        let mut lid = LidContact::default();
-        let mut moment = 0.0;
-        self.sample.fill(0.0);
-        let (forces, weights) = self.sample.split_at_mut(bands);
-        centers.for_each_height(|height| {
-            // Heights are inside the slab.
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-            let band = (((height - self.lowest) / self.band_height) as usize).min(bands - 1);
-            forces[band] += potential.reduced_force(scene, height);
-            weights[band] += scene.field().acceleration(height);
-            lid.add(highest - height);
-            moment += height;
-        });
-        let center = moment / centers.count() as f64;
-        let lid = [lid.density_times_area(), lid_pressure * self.base_area];
-        self.sample[2 * bands..].copy_from_slice(&[lid[0], lid[1], center, center * center]);
-        self.averages.push(&self.sample)
     }
 
     /// Configurations recorded.
@@ -235,6 +203,41 @@ impl ForceBalance {
     }
 }
 
+impl Observer for ForceBalance {
+    /// Sees every fifth configuration of production, in the potential that it was made in.
+    fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        if frame.phase() != Phase::Production
+            || !(frame.sweep_of_phase() - 1).is_multiple_of(Self::SWEEPS_BETWEEN_LOOKS)
+        {
+            return Ok(());
+        }
+        if frame.sweep_of_phase() == 1 {
+            // A potential that was changed has nothing to do with what was seen before.
+            self.averages = BlockAverages::of(self.sample.len());
+            self.replica_drifts.clear();
+        }
+        let (bands, field) = (self.bands(), frame.field());
+        let highest = frame.slab().highest_center();
+        let mut lid = LidContact::default();
+        let mut moment = 0.0;
+        self.sample.fill(0.0);
+        let (forces, weights) = self.sample.split_at_mut(bands);
+        frame.for_each_height(|height| {
+            // Heights are inside the slab.
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+            let band = (((height - self.lowest) / self.band_height) as usize).min(bands - 1);
+            forces[band] += frame.reduced_force(height);
+            weights[band] += field.acceleration(height);
+            lid.add(highest - height);
+            moment += height;
+        });
+        let center = moment / frame.particles() as f64;
+        let lid = [lid.density_times_area(), frame.lid_pressure() * self.base_area];
+        self.sample[2 * bands..].copy_from_slice(&[lid[0], lid[1], center, center * center]);
+        Ok(self.averages.push(&self.sample)?)
+    }
+}
+
 impl Merge for ForceBalance {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.averages.merge(&other.averages)?;
@@ -272,7 +275,7 @@ impl ForceBalancePoint {
 pub struct Certificate {
     /// The verdict.
     pub convergence: Convergence,
-    /// Height at which the residual is largest, in diameters.
+    /// Height at which the residual is largest, in diameters; NaN where there is none, in an isothermal scene.
     pub height: f64,
     /// What was tolerated.
     pub tolerance: f64,
@@ -290,13 +293,17 @@ pub struct Certificate {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Convergence {
+    /// The temperature is the same everywhere, so no field had to be found, and the column is at rest.
+    Isothermal,
     /// Field and density belong to each other within the tolerance, known to half of it (the pressure on the lid: to all of
     /// it), and the column is at rest.
+    #[non_exhaustive]
     Converged {
         /// Largest deviation.
         residual: Estimate,
     },
     /// They do not, or it cannot be told.
+    #[non_exhaustive]
     NotConverged {
         /// Largest deviation.
         residual: Estimate,
@@ -335,10 +342,39 @@ impl fmt::Display for Suggestion {
 }
 
 impl Certificate {
+    /// That of a run at one temperature, from the heights of its center of mass: only whether it is at rest is in question.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] for a tolerance that is not positive and finite; [`Error::TooFewObservations`].
+    pub(crate) fn isothermal(centers: &[f64], tolerance: f64) -> Result<Self, Error> {
+        let tolerance = Error::require_positive("tolerance of the balance of forces", tolerance)?;
+        let (drift, mean) = (drift(centers)?, blocking(centers)?);
+        let exact = Estimate::new(0.0, 0.0);
+        let count = centers.len() as f64;
+        let squares = centers.iter().map(|center| (center - mean.mean) * (center - mean.mean));
+        let variance = squares.sum::<f64>() / count;
+        let independent = variance / (mean.standard_error * mean.standard_error);
+        let convergence = if drift.deviation_from(0.0).abs() > ForceBalance::LARGEST_DRIFT {
+            let suggestion = Suggestion::EquilibrateLonger;
+            Convergence::NotConverged { residual: exact, suggestion }
+        } else {
+            Convergence::Isothermal
+        };
+        Ok(Self {
+            convergence,
+            height: f64::NAN,
+            tolerance,
+            largest_error: 0.0,
+            lid: exact,
+            drift,
+            effective_sample_size: independent.clamp(1.0, count),
+        })
+    }
+
     /// Whether the run is converged.
     #[must_use]
     pub fn is_converged(&self) -> bool {
-        matches!(self.convergence, Convergence::Converged { .. })
+        matches!(self.convergence, Convergence::Converged { .. } | Convergence::Isothermal)
     }
 
     /// The largest `P_iso` T/W − 1.
@@ -346,6 +382,7 @@ impl Certificate {
     pub fn residual(&self) -> Estimate {
         match self.convergence {
             Convergence::Converged { residual } | Convergence::NotConverged { residual, .. } => residual,
+            Convergence::Isothermal => Estimate::new(0.0, 0.0),
         }
     }
 }
@@ -356,11 +393,18 @@ impl fmt::Display for Certificate {
         let Self { height, tolerance, drift, effective_sample_size, .. } = self;
         match self.convergence {
             Convergence::Converged { .. } => write!(formatter, "converged")?,
+            Convergence::Isothermal => write!(formatter, "isothermal, at rest")?,
             Convergence::NotConverged { suggestion, .. } => {
                 write!(formatter, "NOT CONVERGED ({suggestion})")?;
             }
         }
         let residual = self.residual();
+        if height.is_nan() {
+            return write!(
+                formatter,
+                ": drift of h_c {drift}, effective sample size {effective_sample_size:.0}"
+            );
+        }
         let percent = Estimate::new(100.0 * residual.mean, 100.0 * residual.standard_error);
         write!(
             formatter,

@@ -1,13 +1,14 @@
 //! What the feedback measures: numbers and weights in the bins of an effective potential.
 
-use super::effective_potential::EffectivePotential;
+use super::effective_potential::{Division, EffectivePotential};
 use crate::equation_of_state::EquationOfState;
-use crate::hydrostatics::Hydrostatics;
-use crate::{Centers, Error, Field, Scene, TemperatureProfile};
+use crate::frame::Frame;
+use crate::{Error, Field, Scene, TemperatureProfile};
 
 /// Numbers and weights in bins, summed over configurations, and what they say of P/n.
 #[derive(Debug, Clone)]
 pub(super) struct ColumnAverage {
+    division: Division,
     configurations: u64,
     /// Spheres in each bin.
     counts: Vec<f64>,
@@ -17,11 +18,14 @@ pub(super) struct ColumnAverage {
 }
 
 impl ColumnAverage {
-    pub(super) fn new(bins: usize) -> Self {
+    /// Nothing yet, in the bins of a potential.
+    pub(super) fn new(potential: &EffectivePotential) -> Self {
+        let division = potential.division();
         Self {
+            division,
             configurations: 0,
-            counts: vec![0.0; bins],
-            weights: vec![0.0; bins],
+            counts: vec![0.0; division.bins],
+            weights: vec![0.0; division.bins],
             lid: LidContact::default(),
         }
     }
@@ -37,18 +41,14 @@ impl ColumnAverage {
         self.lid = LidContact::default();
     }
 
-    pub(super) fn add<F: Field, T>(
-        &mut self,
-        potential: &EffectivePotential,
-        scene: &Scene<F, T>,
-        centers: Centers<'_>,
-    ) {
+    /// Adds a configuration.
+    pub(super) fn add(&mut self, frame: &Frame<'_>) {
         self.configurations += 1;
-        let highest = scene.slab().highest_center();
-        centers.for_each_height(|height| {
-            let bin = potential.bin(height);
+        let (highest, field) = (frame.slab().highest_center(), frame.field());
+        frame.for_each_height(|height| {
+            let bin = self.division.bin(height);
             self.counts[bin] += 1.0;
-            self.weights[bin] += scene.field().acceleration(height);
+            self.weights[bin] += field.acceleration(height);
             self.lid.add(highest - height);
         });
     }
@@ -128,8 +128,7 @@ impl Prior {
         equation_of_state: &impl EquationOfState,
         weight: f64,
     ) -> Result<Self, Error> {
-        let profile = Hydrostatics::new(scene.field(), scene.temperature(), equation_of_state)
-            .between_walls(scene.slab(), scene.column_density())?;
+        let profile = scene.hydrostatics(equation_of_state)?;
         let temperature = |height: f64| scene.temperature().temperature(height);
         let ratio = |height: f64| {
             let factor = equation_of_state.compressibility_factor(profile.packing_fraction(height));
@@ -221,10 +220,8 @@ mod tests {
         let worst = |width: f64| {
             let potential = EffectivePotential::new(&scene, width).unwrap();
             let prior = Prior::new(&scene, &potential, &ModifiedKolafa, 1e-9).unwrap();
-            let theory = Hydrostatics::new(scene.field(), scene.temperature(), ModifiedKolafa)
-                .between_walls(&slab, scene.column_density())
-                .unwrap();
-            let mut average = ColumnAverage::new(potential.bins());
+            let theory = scene.hydrostatics(&ModifiedKolafa).unwrap();
+            let mut average = ColumnAverage::new(&potential);
             average.configurations = 1;
             for (bin, height) in potential.heights().enumerate() {
                 let (low, high) = (height - 0.5 * width, height + 0.5 * width);

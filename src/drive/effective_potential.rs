@@ -12,7 +12,7 @@ use crate::{Error, Field, Scene, TemperatureProfile};
 /// be: one that reached below could not tell over what range its spheres bear the weight. At constant temperature C is
 /// zero to the last bit. Between edges u' is off by at most half the bin width times u''.
 ///
-/// As a [`Drive`] it is frozen: detailed balance is exact. An [`Adaptation`](super::Adaptation) sets it from P/n in
+/// As a [`Drive`] it is frozen: detailed balance is exact. An [`Adaptation`](super::Adaptation) may set it from P/n in
 /// every bin.
 ///
 /// ```
@@ -23,7 +23,7 @@ use crate::{Error, Field, Scene, TemperatureProfile};
 /// let mut potential = EffectivePotential::new(&scene, 0.1)?;
 /// // As if the spheres were an ideal gas: P/n = T.
 /// let temperatures: Vec<f64> = potential.heights().map(|x| 20.0 * (-0.02 * x).exp()).collect();
-/// potential.set(|bin| temperatures[bin])?;
+/// potential.set(0.0, |bin| temperatures[bin])?;
 /// assert!((potential.reduced_force(&scene, 50.0) - (1f64.exp() / 20.0 - 0.02)).abs() < 1e-3);
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```
@@ -40,7 +40,32 @@ pub struct EffectivePotential {
     field_part: Vec<f64>,
     /// −Δ(1/T) over each bin: what multiplies P/n.
     gradient_part: Vec<f64>,
+    lid_pressure: f64,
     generation: u64,
+}
+
+/// Heights divided into bins.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Division {
+    lowest: f64,
+    inverse_width: f64,
+    pub(super) bins: usize,
+}
+
+impl Division {
+    /// The bin that holds `height`; the nearest, where no center can be.
+    #[inline]
+    pub(super) fn bin(&self, height: f64) -> usize {
+        // The cast saturates, at both ends.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let bin = ((height - self.lowest) * self.inverse_width) as usize;
+        bin.min(self.bins - 1)
+    }
+}
+
+/// A bin width, checked.
+pub(super) fn bin_width_of(bin_width: f64) -> Result<f64, Error> {
+    Error::require_positive("bin width of the effective field", bin_width)
 }
 
 impl EffectivePotential {
@@ -51,7 +76,7 @@ impl EffectivePotential {
     /// bins; [`Error::InvalidPotential`] where φ/T(0) overflows.
     pub fn new<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>, bin_width: f64) -> Result<Self, Error> {
         const MAXIMUM: usize = 1 << 24;
-        Error::require_positive("bin width of the effective field", bin_width)?;
+        bin_width_of(bin_width)?;
         let (lowest, extent) = (scene.slab().lowest_center(), scene.slab().height() - 1.0);
         let bins = (extent / bin_width).round().max(1.0);
         // At least 1; the cast saturates.
@@ -86,15 +111,21 @@ impl EffectivePotential {
             correction: vec![0.0; bins + 1],
             field_part,
             gradient_part,
+            lid_pressure: 0.0,
             generation: 0,
         })
     }
 
-    /// Sets u from P/n, in m g d, in each bin.
+    /// Sets u from P/n, in m g d, in each bin, where the pressure on the lid, in m g/d², is taken to be `lid_pressure`.
     ///
     /// # Errors
     /// [`Error::InvalidPotential`] at the first height where u is not finite.
-    pub fn set(&mut self, pressure_over_density: impl Fn(usize) -> f64) -> Result<(), Error> {
+    pub fn set(
+        &mut self,
+        lid_pressure: f64,
+        pressure_over_density: impl Fn(usize) -> f64,
+    ) -> Result<(), Error> {
+        self.lid_pressure = lid_pressure;
         let mut sum = 0.0;
         let parts = self.field_part.iter().zip(&self.gradient_part);
         for (bin, (entry, (field, gradient))) in self.correction[1..].iter_mut().zip(parts).enumerate() {
@@ -136,10 +167,13 @@ impl EffectivePotential {
     #[inline]
     #[must_use]
     pub fn bin(&self, height: f64) -> usize {
-        // The cast saturates, at both ends.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let bin = ((height - self.lowest) * self.inverse_width) as usize;
-        bin.min(self.correction.len() - 2)
+        self.division().bin(height)
+    }
+
+    /// How heights are divided into bins.
+    #[inline]
+    pub(super) fn division(&self) -> Division {
+        Division { lowest: self.lowest, inverse_width: self.inverse_width, bins: self.correction.len() - 1 }
     }
 }
 
@@ -162,6 +196,11 @@ impl<F: Field, T> Drive<F, T> for EffectivePotential {
     #[inline]
     fn generation(&self) -> u64 {
         self.generation
+    }
+
+    #[inline]
+    fn lid_pressure(&self) -> f64 {
+        self.lid_pressure
     }
 }
 
@@ -205,7 +244,7 @@ mod tests {
                     weights[bin] = weights[bin + 1] + mass(bin);
                 }
                 let middle = |bin: usize| 0.5 + (bin as f64 + 0.5) * width;
-                potential.set(|bin| 0.5 * (weights[bin] + weights[bin + 1]) / density(middle(bin))).unwrap();
+                potential.set(0.0, |bin| 0.5 * (weights[bin] + weights[bin + 1]) / density(middle(bin))).unwrap();
                 let (mut largest, mut scale) = (0.0, 0.0_f64);
                 for bin in 0..bins {
                     let force = density(middle(bin)) * potential.reduced_force(&scene, middle(bin));

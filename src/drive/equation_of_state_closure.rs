@@ -1,7 +1,8 @@
 //! The effective field from an equation of state, once and for all.
 
 use super::column_average::Prior;
-use super::{Adaptation, EffectivePotential, MappedDrive, Scheme};
+use super::effective_potential::bin_width_of;
+use super::{EffectivePotential, Scheme};
 use crate::equation_of_state::{EquationOfState, FluidSolid};
 use crate::{Error, Field, Scene, TemperatureProfile};
 
@@ -17,7 +18,7 @@ use crate::{Error, Field, Scene, TemperatureProfile};
 /// use gradient_mc::{Scene, Slab, field::UniformField, temperature::ExponentialTemperature};
 /// let slab = Slab::new(100.0, 5.0, 5.0)?;
 /// let scene = Scene::new(slab, 25, UniformField::default(), ExponentialTemperature::new(20.0, 0.02)?)?;
-/// let drive = EquationOfStateClosure::new(IdealGas).drive(&scene)?;
+/// let drive = EquationOfStateClosure::new(IdealGas).drive(&scene)?.0;
 /// // Z = 1, so u' = 1/T + T'/T: with βx = 1 at the top, u rises by (e − 1)/(β T₀) − 1.
 /// let rise = drive.reduced_potential(&scene, 50.0) - drive.reduced_potential(&scene, 0.0);
 /// assert!((rise - (50.0 / 20.0 * 1f64.exp_m1() - 1.0)).abs() < 1e-3);
@@ -36,9 +37,11 @@ impl<E> EquationOfStateClosure<E> {
     }
 
     /// Spacing of the table, in diameters.
-    #[must_use]
-    pub fn bin_width(self, bin_width: f64) -> Self {
-        Self { bin_width, ..self }
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless positive and finite.
+    pub fn bin_width(self, bin_width: f64) -> Result<Self, Error> {
+        Ok(Self { bin_width: bin_width_of(bin_width)?, ..self })
     }
 }
 
@@ -49,25 +52,14 @@ impl Default for EquationOfStateClosure<FluidSolid> {
     }
 }
 
-/// Of [`EquationOfStateClosure`]: the potential stays what it is.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Imposed {
-    lid_pressure: f64,
-}
-
-impl Adaptation for Imposed {
-    fn lid_pressure(&self) -> f64 {
-        self.lid_pressure
-    }
-}
-
 impl<F: Field, T: TemperatureProfile, E: EquationOfState> Scheme<F, T> for EquationOfStateClosure<E> {
-    type Drive = MappedDrive<Imposed>;
+    type Drive = EffectivePotential;
+    type Adaptation = ();
 
-    fn drive(self, scene: &Scene<F, T>) -> Result<MappedDrive<Imposed>, Error> {
+    fn drive(self, scene: &Scene<F, T>) -> Result<(EffectivePotential, ()), Error> {
         let mut potential = EffectivePotential::new(scene, self.bin_width)?;
         let Prior { ratios, lid_pressure, .. } = Prior::new(scene, &potential, &self.equation_of_state, 0.0)?;
-        potential.set(|bin| ratios[bin])?;
-        MappedDrive::new(scene, potential, Imposed { lid_pressure })
+        potential.set(lid_pressure, |bin| ratios[bin])?;
+        Ok((potential, ()))
     }
 }

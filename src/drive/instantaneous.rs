@@ -2,8 +2,12 @@
 
 use super::column_average::ColumnAverage;
 use super::counting_noise;
-use super::{Adaptation, EffectivePotential, MappedDrive, Phase, Scheme};
-use crate::{Centers, Error, Field, Scene, TemperatureProfile, Warning};
+use super::effective_potential::bin_width_of;
+use super::{Adaptation, EffectivePotential, Scheme};
+use crate::frame::Frame;
+use crate::observer::{Observer, ObserverError};
+use crate::scene::AnyScene;
+use crate::{Error, Field, Scene, TemperatureProfile, Warning};
 
 /// The effective field from the histogram of the current configuration, remade every sweep, as in
 /// doi:10.1103/PhysRevE.83.061306. For comparison: **do not use it for results**.
@@ -14,28 +18,37 @@ use crate::{Centers, Error, Field, Scene, TemperatureProfile, Warning};
 /// bins: narrow bins and small bases are biased most (`docs/seven_per_cent.md`). An empty bin takes the ideal-gas
 /// value P/n = T. Certificates of such a run always say
 /// [`FreezeTheField`](super::Suggestion::FreezeTheField).
+///
+/// Since balance does not hold, the steady state depends on the moves. A simulation that names none has the paper's: local
+/// moves with S = 0.75. Event chains are refused unless [`any_moves`](Self::any_moves) allows them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Instantaneous {
     bin_width: f64,
+    any_moves: bool,
 }
 
 impl Instantaneous {
     /// Bins of the given width, in diameters.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless positive and finite.
+    pub fn new(bin_width: f64) -> Result<Self, Error> {
+        Ok(Self { bin_width: bin_width_of(bin_width)?, any_moves: false })
+    }
+
+    /// Takes event chains too, for studies of how the steady state depends on the moves.
     #[must_use]
-    pub fn new(bin_width: f64) -> Self {
-        Self { bin_width }
+    pub fn any_moves(self) -> Self {
+        Self { any_moves: true, ..self }
     }
 }
 
 impl Default for Instantaneous {
     /// The paper's bins of 0.1 diameters.
     fn default() -> Self {
-        Self::new(0.1)
+        Self { bin_width: 0.1, any_moves: false }
     }
 }
-
-/// The drive of [`Instantaneous`].
-pub type InstantaneousDrive = MappedDrive<EverySweep>;
 
 /// Of [`Instantaneous`]: P/n of the last configuration.
 #[derive(Debug, Clone)]
@@ -45,48 +58,51 @@ pub struct EverySweep {
 }
 
 impl<F: Field, T: TemperatureProfile> Scheme<F, T> for Instantaneous {
-    type Drive = InstantaneousDrive;
+    type Drive = EffectivePotential;
+    type Adaptation = EverySweep;
 
-    fn drive(self, scene: &Scene<F, T>) -> Result<InstantaneousDrive, Error> {
+    fn drive(self, scene: &Scene<F, T>) -> Result<(EffectivePotential, EverySweep), Error> {
         let mut potential = EffectivePotential::new(scene, self.bin_width)?;
         let temperatures: Vec<f64> =
             potential.heights().map(|height| scene.temperature().temperature(height)).collect();
         // Until the first sweep has been counted.
-        potential.set(|bin| temperatures[bin])?;
-        let histogram = ColumnAverage::new(potential.bins());
-        MappedDrive::new(scene, potential, EverySweep { histogram, temperatures })
+        potential.set(0.0, |bin| temperatures[bin])?;
+        let histogram = ColumnAverage::new(&potential);
+        Ok((potential, EverySweep { histogram, temperatures }))
+    }
+
+    fn depends_on_moves(&self) -> bool {
+        !self.any_moves
     }
 }
 
-impl Adaptation for EverySweep {
-    const CERTIFIABLE: bool = false;
-
-    /// [`Warning::CountingNoise`].
-    fn warnings<F: Field, T: TemperatureProfile>(
-        &self,
-        potential: &EffectivePotential,
-        scene: &Scene<F, T>,
-    ) -> Vec<Warning> {
-        // Without a theory the judgment of the run says so.
-        counting_noise::warning(scene, potential.bin_width()).ok().flatten().into_iter().collect()
-    }
-
-    fn after_sweep<F: Field, T: TemperatureProfile>(
-        &mut self,
-        potential: &mut EffectivePotential,
-        scene: &Scene<F, T>,
-        centers: Centers<'_>,
-        _: Phase,
-    ) -> Result<(), Error> {
+impl Observer for EverySweep {
+    fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         self.histogram.clear();
-        self.histogram.add(potential, scene, centers);
+        self.histogram.add(frame);
+        Ok(())
+    }
+}
+
+impl Adaptation<EffectivePotential> for EverySweep {
+    fn adapt(&mut self, potential: &mut EffectivePotential, scene: &AnyScene<'_>) -> Result<(), Error> {
         // The paper takes the pressure far above to be zero.
         let area = scene.slab().base_area();
         let rows = self.histogram.counts_and_pressures(potential.bin_width(), area, 0.0);
         let temperatures = &self.temperatures;
-        potential.set(|bin| {
+        potential.set(0.0, |bin| {
             let [count, pressure] = rows[bin];
             if count > 0.0 { pressure / count } else { temperatures[bin] }
         })
+    }
+
+    fn follows_every_configuration(&self) -> bool {
+        true
+    }
+
+    /// [`Warning::CountingNoise`].
+    fn warnings(&self, potential: &EffectivePotential, scene: &AnyScene<'_>) -> Vec<Warning> {
+        // Without a theory the judgment of the run says so.
+        counting_noise::warning(scene, potential.bin_width()).ok().flatten().into_iter().collect()
     }
 }

@@ -7,8 +7,8 @@
 //!
 //! | scheme | u is | detailed balance | what it rests on |
 //! |---|---|---|---|
-//! | [`ClosedForm`] | φ(x)/T, in closed form | exact | nothing: isothermal scenes only |
-//! | [`SelfConsistent`] | iterated while equilibrating, then frozen | exact in production | the equilibration was long enough |
+//! | [`Automatic`], T constant | φ(x)/T, in closed form | exact | nothing |
+//! | [`Automatic`], T varies: [`SelfConsistent`] | iterated while equilibrating, then frozen | exact in production | the equilibration was long enough |
 //! | [`EquationOfStateClosure`] | from the theory profile, once | exact | the equation of state |
 //! | [`AveragedThenFrozen`] | a running average while equilibrating, then frozen | exact in production | the start is forgotten, slowly |
 //! | [`RunningAverage`] | a running average, for ever | asymptotically | the same |
@@ -24,44 +24,37 @@
 //!
 //! u'(x) = a/T + (P/n) T'/T² = −(1/n) d(P/T)/dx,  P(x) = P(lid) + ∫ₓ a n dx'.
 //!
-//! To add a scheme, implement [`Scheme`] and [`Adaptation`] in a file of its own (or [`Drive`], for a potential that is
-//! not an effective one); nothing else decides acceptance.
+//! A drive is a potential, and what adapts it is an observer that may change it: nothing else decides acceptance. To add a
+//! scheme, implement [`Scheme`] in a file of its own, with an [`EffectivePotential`] or a [`Drive`] of its own, and with an
+//! [`Adaptation`] if it changes.
 
+mod adaptation;
+mod automatic;
 mod certificate;
 mod column_average;
 mod counting_noise;
 mod effective_potential;
 mod equation_of_state_closure;
 mod instantaneous;
-mod isothermal;
-mod mapped;
 mod running_average;
 mod self_consistent;
 
+pub use adaptation::Adaptation;
+pub use automatic::Automatic;
 pub use certificate::{Certificate, Convergence, ForceBalance, ForceBalancePoint, Suggestion};
 pub use counting_noise::over_weight;
 pub use effective_potential::EffectivePotential;
-pub use equation_of_state_closure::{EquationOfStateClosure, Imposed};
-pub use instantaneous::{EverySweep, Instantaneous, InstantaneousDrive};
-pub use isothermal::{ClosedForm, IsothermalDrive};
-pub use mapped::{Adaptation, MappedDrive};
-pub use running_average::{AveragedThenFrozen, Averaging, RunningAverage};
-pub use self_consistent::{Iteration, SelfConsistent, SelfConsistentDrive};
+pub use equation_of_state_closure::EquationOfStateClosure;
+pub use instantaneous::Instantaneous;
+pub use running_average::{AveragedThenFrozen, RunningAverage};
+pub use self_consistent::SelfConsistent;
 
+use crate::frame::InForce;
 use crate::numerics::differentiate;
-use crate::{Centers, Error, Scene, Warning};
-
-/// What part of a run a sweep belongs to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Phase {
-    /// Before the measurement: a drive may adapt.
-    Equilibration,
-    /// The measurement.
-    Production,
-}
+use crate::{Error, Field, Scene, TemperatureProfile};
 
 /// The reduced potential u(x) = U(x)/T of a scene, as a run uses it.
-pub trait Drive<F, T>: Sync {
+pub trait Drive<F, T>: Send + Sync {
     /// u at `height`. Only differences matter.
     fn reduced_potential(&self, scene: &Scene<F, T>, height: f64) -> f64;
 
@@ -77,70 +70,48 @@ pub trait Drive<F, T>: Sync {
         0
     }
 
-    /// Shows the configuration after each sweep; the default, for a drive that never changes, does
-    /// nothing and compiles to nothing.
-    ///
-    /// # Errors
-    /// Any [`Error`]; it ends the run.
+    /// Pressure on the lid in m g/d² that u assumes; by default none, as under an open sky.
     #[inline]
-    fn after_sweep(
-        &mut self,
-        _scene: &Scene<F, T>,
-        _centers: Centers<'_>,
-        _phase: Phase,
-    ) -> Result<(), Error> {
-        Ok(())
-    }
-
-    /// What production has seen of the balance of forces, where u could be the wrong one; by default nothing.
-    #[inline]
-    fn force_balance(&self) -> Option<&ForceBalance> {
-        None
-    }
-
-    /// What it has to say against the production run so far, for [`Simulation::warnings`](crate::Simulation::warnings);
-    /// by default nothing.
-    #[inline]
-    fn warnings(&self, _scene: &Scene<F, T>) -> Vec<Warning> {
-        Vec::new()
-    }
-
-    /// Called when production starts, before its first sweep.
-    ///
-    /// # Errors
-    /// Any [`Error`]; it ends the run.
-    #[inline]
-    fn start_production(&mut self, _scene: &Scene<F, T>) -> Result<(), Error> {
-        Ok(())
+    fn lid_pressure(&self) -> f64 {
+        0.0
     }
 }
 
-/// A way to make the [`Drive`] of a scene.
+/// A way to make the [`Drive`] of a scene, and what adapts it.
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` cannot drive a scene with temperature profile `{T}`",
-    note = "a temperature that varies needs a scheme: `.scheme(SelfConsistent::default())`, or another \
-            of `gradient_mc::drive`"
+    message = "`{Self}` is no scheme for a field `{F}` and a temperature profile `{T}`",
+    label = "not a scheme for this scene",
+    note = "leave `.scheme()` out, or take one of `gradient_mc::drive`: `SelfConsistent::default()`, say; a scheme of \
+            your own implements `Scheme`"
 )]
 pub trait Scheme<F, T> {
-    /// What it makes.
+    /// The potential.
     type Drive: Drive<F, T>;
+    /// What changes it while a run goes on; `()` if nothing does.
+    type Adaptation: Adaptation<Self::Drive>;
 
-    /// Makes the drive.
+    /// Makes both.
     ///
     /// # Errors
     /// Any [`Error`], as documented by the scheme.
-    fn drive(self, scene: &Scene<F, T>) -> Result<Self::Drive, Error>;
+    fn drive(self, scene: &Scene<F, T>) -> Result<(Self::Drive, Self::Adaptation), Error>;
+
+    /// Whether the steady state depends on the moves, because balance does not hold; by default not. If it does, a simulation
+    /// that names no moves has the paper's local ones, and event chains are refused.
+    fn depends_on_moves(&self) -> bool {
+        false
+    }
 }
 
 /// Logarithm of the Metropolis acceptance of a move between two heights, free of overlaps:
 /// min(0, u(from) − u(to)); NaN where the potential is.
 ///
 /// ```
-/// use gradient_mc::{Scene, Slab, drive::{ClosedForm, Scheme, log_acceptance}};
+/// use gradient_mc::{Scene, Slab, drive::{Automatic, Scheme, log_acceptance}};
 /// use gradient_mc::{field::UniformField, temperature::Isothermal};
 /// let slab = Slab::new(50.0, 5.0, 5.0)?;
 /// let scene = Scene::new(slab, 100, UniformField::default(), Isothermal::new(2.0)?)?;
-/// let drive = ClosedForm.drive(&scene)?;
+/// let (drive, _) = Automatic.drive(&scene)?;
 /// assert_eq!(log_acceptance(&drive, &scene, 10.0, 11.0), -0.5);
 /// assert_eq!(log_acceptance(&drive, &scene, 11.0, 10.0), 0.0);
 /// # Ok::<(), gradient_mc::Error>(())
@@ -150,4 +121,26 @@ pub fn log_acceptance<F, T>(drive: &impl Drive<F, T>, scene: &Scene<F, T>, from:
     let gain = drive.reduced_potential(scene, from) - drive.reduced_potential(scene, to);
     // Not `min`, which would turn a NaN into certain acceptance.
     if gain > 0.0 { 0.0 } else { gain }
+}
+
+/// A scene and its drive: what is simulated.
+#[derive(Debug, Clone)]
+pub(crate) struct Driven<F, T, D> {
+    pub(crate) scene: Scene<F, T>,
+    pub(crate) drive: D,
+}
+
+impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> InForce for Driven<F, T, D> {
+    fn reduced_potential(&self, height: f64) -> f64 {
+        self.drive.reduced_potential(&self.scene, height)
+    }
+    fn reduced_force(&self, height: f64) -> f64 {
+        self.drive.reduced_force(&self.scene, height)
+    }
+    fn generation(&self) -> u64 {
+        self.drive.generation()
+    }
+    fn lid_pressure(&self) -> f64 {
+        self.drive.lid_pressure()
+    }
 }

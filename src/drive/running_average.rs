@@ -1,9 +1,13 @@
 //! The effective field from an average over everything seen so far.
 
 use super::column_average::{ColumnAverage, Prior};
-use super::{Adaptation, EffectivePotential, MappedDrive, Phase, Scheme};
+use super::effective_potential::bin_width_of;
+use super::{Adaptation, EffectivePotential, Scheme};
 use crate::equation_of_state::FluidSolid;
-use crate::{Centers, Error, Field, Scene, TemperatureProfile};
+use crate::frame::{Frame, Phase};
+use crate::observer::{Observer, ObserverError};
+use crate::scene::AnyScene;
+use crate::{Error, Field, Scene, TemperatureProfile};
 
 /// The effective field from the average of all configurations so far, updated for ever, ever more slowly.
 ///
@@ -29,46 +33,52 @@ pub struct AveragedThenFrozen {
 
 impl RunningAverage {
     /// Bins of the given width, in diameters.
-    #[must_use]
-    pub fn new(bin_width: f64) -> Self {
-        Self { bin_width }
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless positive and finite.
+    pub fn new(bin_width: f64) -> Result<Self, Error> {
+        Ok(Self { bin_width: bin_width_of(bin_width)? })
     }
 }
 
 impl AveragedThenFrozen {
     /// Bins of the given width, in diameters.
-    #[must_use]
-    pub fn new(bin_width: f64) -> Self {
-        Self { bin_width }
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless positive and finite.
+    pub fn new(bin_width: f64) -> Result<Self, Error> {
+        Ok(Self { bin_width: bin_width_of(bin_width)? })
     }
 }
 
 impl Default for RunningAverage {
     /// Bins of 0.1 diameters.
     fn default() -> Self {
-        Self::new(0.1)
+        Self { bin_width: 0.1 }
     }
 }
 
 impl Default for AveragedThenFrozen {
     /// Bins of 0.1 diameters.
     fn default() -> Self {
-        Self::new(0.1)
+        Self { bin_width: 0.1 }
     }
 }
 
 impl<F: Field, T: TemperatureProfile> Scheme<F, T> for RunningAverage {
-    type Drive = MappedDrive<Averaging>;
+    type Drive = EffectivePotential;
+    type Adaptation = Averaging;
 
-    fn drive(self, scene: &Scene<F, T>) -> Result<Self::Drive, Error> {
+    fn drive(self, scene: &Scene<F, T>) -> Result<(EffectivePotential, Averaging), Error> {
         Averaging::drive(scene, self.bin_width, false)
     }
 }
 
 impl<F: Field, T: TemperatureProfile> Scheme<F, T> for AveragedThenFrozen {
-    type Drive = MappedDrive<Averaging>;
+    type Drive = EffectivePotential;
+    type Adaptation = Averaging;
 
-    fn drive(self, scene: &Scene<F, T>) -> Result<Self::Drive, Error> {
+    fn drive(self, scene: &Scene<F, T>) -> Result<(EffectivePotential, Averaging), Error> {
         Averaging::drive(scene, self.bin_width, true)
     }
 }
@@ -79,9 +89,10 @@ impl<F: Field, T: TemperatureProfile> Scheme<F, T> for AveragedThenFrozen {
 pub struct Averaging {
     freezes: bool,
     prior: Prior,
-    lid_pressure: f64,
     average: ColumnAverage,
     sweeps: u64,
+    /// Of the last sweep.
+    phase: Phase,
 }
 
 impl Averaging {
@@ -93,54 +104,49 @@ impl Averaging {
         scene: &Scene<F, T>,
         bin_width: f64,
         freezes: bool,
-    ) -> Result<MappedDrive<Self>, Error> {
+    ) -> Result<(EffectivePotential, Self), Error> {
         let mut potential = EffectivePotential::new(scene, bin_width)?;
         let prior = Prior::new(scene, &potential, &FluidSolid::default(), Self::THEORY_WEIGHT)?;
-        potential.set(|bin| prior.ratios[bin])?;
-        let average = ColumnAverage::new(potential.bins());
-        let lid_pressure = prior.lid_pressure;
-        MappedDrive::new(scene, potential, Self { freezes, prior, lid_pressure, average, sweeps: 0 })
+        potential.set(prior.lid_pressure, |bin| prior.ratios[bin])?;
+        let average = ColumnAverage::new(&potential);
+        Ok((potential, Self { freezes, prior, average, sweeps: 0, phase: Phase::Equilibration }))
     }
 
-    fn update<F: Field, T: TemperatureProfile>(
-        &mut self,
-        potential: &mut EffectivePotential,
-        scene: &Scene<F, T>,
-    ) -> Result<(), Error> {
-        self.lid_pressure = self.average.lid_pressure(scene, &self.prior);
-        let ratios = self.average.ratios(scene, potential.bin_width(), self.lid_pressure, &self.prior);
-        potential.set(|bin| ratios[bin])
+    fn update(&self, potential: &mut EffectivePotential, scene: &AnyScene<'_>) -> Result<(), Error> {
+        let lid_pressure = self.average.lid_pressure(scene, &self.prior);
+        let ratios = self.average.ratios(scene, potential.bin_width(), lid_pressure, &self.prior);
+        potential.set(lid_pressure, |bin| ratios[bin])
+    }
+
+    /// Whether nothing changes any more.
+    fn is_frozen(&self) -> bool {
+        self.freezes && self.phase == Phase::Production
     }
 }
 
-impl Adaptation for Averaging {
-    fn lid_pressure(&self) -> f64 {
-        self.lid_pressure
+impl Observer for Averaging {
+    fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        self.phase = frame.phase();
+        if !self.is_frozen() {
+            self.average.add(frame);
+            self.sweeps += 1;
+        }
+        Ok(())
     }
+}
 
-    fn after_sweep<F: Field, T: TemperatureProfile>(
-        &mut self,
-        potential: &mut EffectivePotential,
-        scene: &Scene<F, T>,
-        centers: Centers<'_>,
-        phase: Phase,
-    ) -> Result<(), Error> {
-        if self.freezes && phase == Phase::Production {
+impl Adaptation<EffectivePotential> for Averaging {
+    fn adapt(&mut self, potential: &mut EffectivePotential, scene: &AnyScene<'_>) -> Result<(), Error> {
+        if self.is_frozen() || !self.sweeps.is_multiple_of(Self::SWEEPS_BETWEEN_UPDATES) {
             return Ok(());
         }
-        self.average.add(potential, scene, centers);
-        self.sweeps += 1;
-        if self.sweeps.is_multiple_of(Self::SWEEPS_BETWEEN_UPDATES) {
-            self.update(potential, scene)
-        } else {
-            Ok(())
-        }
+        self.update(potential, scene)
     }
 
-    fn start_production<F: Field, T: TemperatureProfile>(
+    fn start_production(
         &mut self,
         potential: &mut EffectivePotential,
-        scene: &Scene<F, T>,
+        scene: &AnyScene<'_>,
     ) -> Result<(), Error> {
         self.update(potential, scene)
     }

@@ -1,9 +1,13 @@
 //! The effective field iterated while equilibrating, then frozen for production.
 
 use super::column_average::{ColumnAverage, Prior};
-use super::{Adaptation, EffectivePotential, MappedDrive, Phase, Scheme};
+use super::effective_potential::bin_width_of;
+use super::{Adaptation, EffectivePotential, Scheme};
 use crate::equation_of_state::{EquationOfState, FluidSolid, packing_fraction};
-use crate::{Centers, Error, Field, Scene, TemperatureProfile};
+use crate::frame::{Frame, Phase};
+use crate::observer::{Observer, ObserverError};
+use crate::scene::AnyScene;
+use crate::{Error, Field, Scene, TemperatureProfile};
 
 /// The effective field by iteration: freeze, measure, update, every time twice as long as before; frozen for good when
 /// production starts. The default choice for temperatures that vary.
@@ -22,8 +26,7 @@ use crate::{Centers, Error, Field, Scene, TemperatureProfile};
 ///   bias of order 1/(spheres per bin and sweep). The last step, some half of the equilibration, makes the field.
 /// - While the column is still far from mechanical balance, the theory's field takes the place of the measured
 ///   one: a column that falls or rises would otherwise be held where it is by the field that its own
-///   weight makes. Balance is judged by ∫P dx from the weights against ∫nTZ dx, to 10 %;
-///   [`Iteration::follows_measurement`] tells.
+///   weight makes. Balance is judged by ∫P dx from the weights against ∫nTZ dx, to 10 %.
 /// - The theory profile, which knows the column above the layers to 0.2 % ([`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls)), stands in with
 ///   the [weight](Self::theory_weight) of 10⁵ counted spheres per diameter of height: as many as have to be counted to
 ///   know the density as well, since what a whole column does together is forgotten slowly. So a short
@@ -45,20 +48,22 @@ impl Default for SelfConsistent {
 
 impl SelfConsistent {
     /// Bins of the given width, in diameters.
-    #[must_use]
-    pub fn bin_width(self, bin_width: f64) -> Self {
-        Self { bin_width, ..self }
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless positive and finite.
+    pub fn bin_width(self, bin_width: f64) -> Result<Self, Error> {
+        Ok(Self { bin_width: bin_width_of(bin_width)?, ..self })
     }
 
     /// How many counted spheres per diameter of height the theory profile stands for; see the type.
-    #[must_use]
-    pub fn theory_weight(self, spheres_per_diameter: f64) -> Self {
-        Self { theory_weight: spheres_per_diameter, ..self }
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless positive and finite.
+    pub fn theory_weight(self, spheres_per_diameter: f64) -> Result<Self, Error> {
+        let theory_weight = Error::require_positive("weight of the theory", spheres_per_diameter)?;
+        Ok(Self { theory_weight, ..self })
     }
 }
-
-/// The drive of [`SelfConsistent`].
-pub type SelfConsistentDrive = MappedDrive<Iteration>;
 
 /// Of [`SelfConsistent`]: P/n of the last step of the iteration.
 #[derive(Debug, Clone)]
@@ -74,16 +79,18 @@ pub struct Iteration {
     configurations_before: u64,
     sweeps: u64,
     step: [u64; 2],
+    /// Whether the last sweep was one of equilibration.
+    adapting: bool,
 }
 
 impl<F: Field, T: TemperatureProfile> Scheme<F, T> for SelfConsistent {
-    type Drive = SelfConsistentDrive;
+    type Drive = EffectivePotential;
+    type Adaptation = Iteration;
 
-    fn drive(self, scene: &Scene<F, T>) -> Result<SelfConsistentDrive, Error> {
+    fn drive(self, scene: &Scene<F, T>) -> Result<(EffectivePotential, Iteration), Error> {
         let mut potential = EffectivePotential::new(scene, self.bin_width)?;
-        let weight = Error::require_positive("weight of the theory", self.theory_weight)?;
-        let prior = Prior::new(scene, &potential, &FluidSolid::default(), weight)?;
-        potential.set(|bin| prior.ratios[bin])?;
+        let prior = Prior::new(scene, &potential, &FluidSolid::default(), self.theory_weight)?;
+        potential.set(prior.lid_pressure, |bin| prior.ratios[bin])?;
         let temperature = |height: f64| scene.temperature().temperature(height);
         let mean_inverse = potential.heights().map(|height| 1.0 / temperature(height)).sum::<f64>()
             / potential.bins() as f64;
@@ -95,12 +102,13 @@ impl<F: Field, T: TemperatureProfile> Scheme<F, T> for SelfConsistent {
             prior,
             follows_measurement: false,
             steps: 0,
-            average: ColumnAverage::new(potential.bins()),
+            average: ColumnAverage::new(&potential),
             configurations_before: 0,
             sweeps: 0,
             step: [0, Iteration::FIRST_STEP],
+            adapting: false,
         };
-        MappedDrive::new(scene, potential, iteration)
+        Ok((potential, iteration))
     }
 }
 
@@ -123,12 +131,7 @@ impl Iteration {
     }
 
     /// Whether the weights and the equation of state agree on ∫P dx to 10 %.
-    fn near_balance<F, T: TemperatureProfile>(
-        &self,
-        scene: &Scene<F, T>,
-        width: f64,
-        rows: &[[f64; 2]],
-    ) -> bool {
+    fn near_balance(&self, scene: &AnyScene<'_>, width: f64, rows: &[[f64; 2]]) -> bool {
         const TOLERANCE: f64 = 0.1;
         /// Densities are smoothed over this many diameters, more than a layer at the wall.
         const SMOOTHING: f64 = 2.0;
@@ -152,11 +155,7 @@ impl Iteration {
     }
 
     /// Ends a step: the field becomes that of what it measured.
-    fn update<F: Field, T: TemperatureProfile>(
-        &mut self,
-        potential: &mut EffectivePotential,
-        scene: &Scene<F, T>,
-    ) -> Result<(), Error> {
+    fn update(&mut self, potential: &mut EffectivePotential, scene: &AnyScene<'_>) -> Result<(), Error> {
         let contact = self.average.lid_pressure(scene, &self.prior);
         let lid = self.lid_pressure + self.lid_gain * (contact - self.lid_pressure);
         let width = potential.bin_width();
@@ -165,10 +164,10 @@ impl Iteration {
         if self.follows_measurement {
             self.lid_pressure = lid;
             let ratios = self.average.ratios(scene, width, lid, &self.prior);
-            potential.set(|bin| ratios[bin])?;
+            potential.set(lid, |bin| ratios[bin])?;
         } else {
             self.lid_pressure = self.prior.lid_pressure;
-            potential.set(|bin| self.prior.ratios[bin])?;
+            potential.set(self.lid_pressure, |bin| self.prior.ratios[bin])?;
         }
         self.steps += 1;
         self.configurations_before = self.average.configurations();
@@ -177,38 +176,35 @@ impl Iteration {
     }
 }
 
-impl Adaptation for Iteration {
-    fn lid_pressure(&self) -> f64 {
-        self.lid_pressure
+impl Observer for Iteration {
+    fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        self.adapting = frame.phase() == Phase::Equilibration;
+        if self.adapting {
+            self.sweeps += 1;
+            let [begin, end] = self.step;
+            let relaxed = 4 * (self.sweeps - begin) > end - begin;
+            if relaxed && self.sweeps.is_multiple_of(Self::SWEEPS_BETWEEN_LOOKS) {
+                self.average.add(frame);
+            }
+        }
+        Ok(())
     }
+}
 
-    fn after_sweep<F: Field, T: TemperatureProfile>(
-        &mut self,
-        potential: &mut EffectivePotential,
-        scene: &Scene<F, T>,
-        centers: Centers<'_>,
-        phase: Phase,
-    ) -> Result<(), Error> {
-        if phase == Phase::Production {
-            return Ok(());
-        }
-        self.sweeps += 1;
-        let [begin, end] = self.step;
-        let relaxed = 4 * (self.sweeps - begin) > end - begin;
-        if relaxed && self.sweeps.is_multiple_of(Self::SWEEPS_BETWEEN_LOOKS) {
-            self.average.add(potential, scene, centers);
-        }
-        if self.sweeps < end {
+impl Adaptation<EffectivePotential> for Iteration {
+    fn adapt(&mut self, potential: &mut EffectivePotential, scene: &AnyScene<'_>) -> Result<(), Error> {
+        let [_, end] = self.step;
+        if !self.adapting || self.sweeps < end {
             return Ok(());
         }
         self.step = [end, 2 * end];
         self.update(potential, scene)
     }
 
-    fn start_production<F: Field, T: TemperatureProfile>(
+    fn start_production(
         &mut self,
         potential: &mut EffectivePotential,
-        scene: &Scene<F, T>,
+        scene: &AnyScene<'_>,
     ) -> Result<(), Error> {
         // A step that was hardly begun knows less than the one before.
         if self.average.configurations() > 0

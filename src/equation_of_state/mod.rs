@@ -33,6 +33,7 @@ pub use virial_series::VirialSeries;
 
 use crate::numerics::{differentiate, integrate_panel};
 use std::f64::consts::{FRAC_PI_6, PI, SQRT_2};
+use std::sync::Arc;
 
 /// Packing fraction at which the hard-sphere fluid freezes, 0.4917(2).
 pub const FREEZING: f64 = 0.4917;
@@ -119,7 +120,9 @@ impl Domain {
 /// let packing_fraction = Dilute.packing_fraction_at(reduced_pressure, None);
 /// assert!((packing_fraction.unwrap() - 0.1).abs() < 1e-14);
 /// ```
-pub trait EquationOfState {
+///
+/// It is `Send` and `Sync`, as a [`Field`](crate::Field) is; its `&`, `Box` and `Arc` are equations of state too.
+pub trait EquationOfState: Send + Sync {
     /// Compressibility factor Z(η), for `packing_fraction` ≥ 0.
     fn compressibility_factor(&self, packing_fraction: f64) -> f64;
 
@@ -251,3 +254,4 @@ macro_rules! forward {
 }
 forward!(&E);
 forward!(Box<E>);
+forward!(Arc<E>);

@@ -17,12 +17,10 @@ mod choice;
 pub mod constants;
 mod outlook;
 mod plan;
-mod planned_drive;
 
 pub use accuracy::{Accuracy, Quantity, densities, total_variation_distance};
 pub use choice::{Assessment, Cause, Model, ModelChoice};
 pub use plan::{MonteCarloPlan, MoveFamily};
-pub use planned_drive::{Planned, PlannedDrive};
 
 use crate::{Error, Field, Scene, TemperatureProfile};
 

@@ -57,15 +57,13 @@ impl Outlook {
             .base(slab.lowest_center())
             .lid(slab.highest_center())
             .column_density(column_density)?;
-        let fluid = Hydrostatics::new(scene.field(), scene.temperature(), ModifiedKolafa)
-            .between_walls(slab, column_density);
+        let fluid = scene.hydrostatics(&ModifiedKolafa);
         let (theory, freezing) = match fluid {
             Ok(profile) if profile.domain_exit().is_none() => (profile, None),
             // No fluid carries the weight, or one that would freeze.
             fluid => {
                 let exit = fluid.ok().and_then(|profile| profile.domain_exit());
-                let both = Hydrostatics::new(scene.field(), scene.temperature(), FluidSolid::default())
-                    .between_walls(slab, column_density)?;
+                let both = scene.hydrostatics(&FluidSolid::default())?;
                 let exit = exit.or_else(|| frozen_part(&both));
                 (both, exit)
             }

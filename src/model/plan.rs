@@ -1,9 +1,9 @@
 //! A Monte Carlo run that was thought out beforehand.
 
 use super::accuracy::bins;
-use super::planned_drive::{Planned, PlannedDrive};
+use crate::frame::Frame;
 use crate::moves::{EventChains, LocalMoves, Moves};
-use crate::observer::{Frame, Observer, ObserverError};
+use crate::observer::{Observer, ObserverError};
 use crate::{Error, Field, Scene, Simulation, Slab, TemperatureProfile};
 use std::fmt;
 
@@ -133,9 +133,9 @@ impl MonteCarloPlan {
         &self,
         scene: &'a Scene<F, T>,
         seed: u64,
-    ) -> Result<Simulation<&'a F, &'a T, PlannedDrive>, Error> {
+    ) -> Result<Simulation<&'a F, &'a T>, Error> {
         let planned = Scene::new(self.slab, self.particles, scene.field(), scene.temperature())?;
-        Simulation::builder(planned).scheme(Planned).moves(self.family.moves()).seed(seed).build()
+        Simulation::builder(planned).moves(self.family.moves()).seed(seed).build()
     }
 
     /// Runs the plan: number densities in bins one diameter high, as those of [`densities`](super::densities).

@@ -6,6 +6,9 @@
 //! | [`LocalMoves::tuned`] | detailed | any scene, without a choice of S; the fastest where the base is not dense |
 //! | [`EventChains`] | global | the fastest where it is dense (with local moves in between); drives that are fixed while measuring |
 //!
+//! [`Moves::default`], chains with tuned local moves between them, is what a simulation takes that names none; the scheme of
+//! the paper ([`Instantaneous`](crate::drive::Instantaneous)) has local moves with S = 0.75 instead.
+//!
 //! Each reads the drive (`reduced_potential` through [`log_acceptance`](crate::drive::log_acceptance), or its derivative
 //! `reduced_force`) and nothing else. A new family is a new file here and a variant of [`Moves`].
 
@@ -16,10 +19,11 @@ pub use event_chain::{EventChains, FieldEvent};
 pub use local::{LocalMoves, TunedDisplacements};
 
 use crate::configuration::Configuration;
-use crate::drive::{Drive, Phase};
-use crate::observer::{MoveCounts, Recorder};
+use crate::drive::Drive;
+use crate::frame::{MoveCounts, Phase};
+use crate::observer::Recorder;
 use crate::random::Generator;
-use crate::{Error, Field, Scene, TemperatureProfile};
+use crate::{Error, Field, Scene, Slab, TemperatureProfile};
 
 /// What the sweeps of a simulation consist of.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,6 +44,36 @@ impl From<LocalMoves> for Moves {
 impl From<EventChains> for Moves {
     fn from(moves: EventChains) -> Self {
         Self::EventChains(moves)
+    }
+}
+
+impl Default for Moves {
+    /// Event chains with tuned local moves between them: what a builder takes that is told nothing. Jumps alone are up to
+    /// twice as fast where the base is not dense, and do not get anywhere where it is.
+    fn default() -> Self {
+        EventChains::default().local_moves(Some(LocalMoves::tuned())).into()
+    }
+}
+
+impl Moves {
+    /// The moves of a simulation, by those that were named and whether its steady state depends on them.
+    pub(crate) fn chosen(named: Option<Self>, steady_state_depends: bool) -> Result<Self, Error> {
+        match named {
+            None if steady_state_depends => Ok(LocalMoves::one(0.75).into()),
+            None => Ok(Self::default()),
+            Some(Self::EventChains(_)) if steady_state_depends => {
+                Err(Error::UnsuitableMoves { moves: "event chains" })
+            }
+            Some(moves) => Ok(moves),
+        }
+    }
+
+    /// Fails for moves that do not suit a slab.
+    pub(crate) fn check(&self, slab: &Slab) -> Result<(), Error> {
+        match self {
+            Self::Local(moves) => moves.check(slab),
+            Self::EventChains(chains) => chains.check(slab),
+        }
     }
 }
 

@@ -7,9 +7,10 @@ pub const MAXIMUM_BINS: usize = 65_536;
 
 /// How a range of heights is divided into bins of equal height: by their number, or by their width.
 ///
-/// The range is the whole slab, unless [`from`](Self::from) and [`to`](Self::to) say otherwise. Where a width does not
-/// divide the range, the bins are those of the nearest width that does: their number is range over width, rounded. So
-/// edges are always those of the range, and no bin is smaller than the others.
+/// The range is the whole slab, unless [`from`](Self::from) and [`to`](Self::to) say otherwise.
+/// Where a width does not divide the range, the bins are those of the nearest width that does:
+/// their number is range over width, rounded. So edges are always those of the range, and no bin is
+/// smaller than the others.
 ///
 /// ```
 /// use gradient_mc::Slab;
@@ -182,8 +183,8 @@ impl HeightBins {
         Place::Inside(bin, scaled - bin as f64)
     }
 
-    /// Calls `add` with every bin that the heights from `low` to `high` pass through, and with the part of
-    /// them that lies in it.
+    /// Calls `add` with every bin that the heights from `low` to `high` pass through, and with the
+    /// part of them that lies in it.
     #[inline]
     pub(super) fn spread(&self, low: f64, high: f64, mut add: impl FnMut(usize, f64)) {
         if high < self.low || low > self.high {

@@ -1,8 +1,10 @@
 //! Frames made by hand, for the tests.
 
+use crate::centers::Centers;
 use crate::field::UniformField;
+use crate::frame::{Frame, MoveCounts, Phase, Still};
 use crate::temperature::Isothermal;
-use crate::{Centers, Field, Frame, MoveCounts, Slab, TemperatureProfile};
+use crate::{Field, Slab, TemperatureProfile};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 
@@ -37,11 +39,12 @@ impl Scene {
 
     pub(super) fn frame(&self) -> Frame<'_> {
         Frame {
-            slab: &self.slab,
-            field: &*self.field,
-            temperature: &*self.temperature,
+            scene: crate::Scene::unchecked(self.slab, self.positions.len(), &*self.field, &*self.temperature),
+            potential: &Still(0),
             centers: Centers::listed(&self.positions),
             sweep: self.sweep,
+            phase: Phase::Production,
+            sweep_of_phase: self.sweep,
             move_counts: &self.move_counts,
         }
     }

@@ -3,7 +3,7 @@
 use super::Start;
 use crate::configuration::wrap;
 use crate::random::{index, symmetric};
-use crate::{Error, Generator, Scene, Slab};
+use crate::{AnyScene, Error, Generator, Slab};
 use nalgebra::Vector3;
 
 /// A close-packed crystal that stands on the base, filled from below; the top layer has random
@@ -14,11 +14,7 @@ pub struct ClosePacked;
 impl Start for ClosePacked {
     /// # Errors
     /// [`Error::LatticeFull`] when the lattice that fits the slab has too few sites.
-    fn place<F, T>(
-        &self,
-        scene: &Scene<F, T>,
-        generator: &mut Generator,
-    ) -> Result<Vec<Vector3<f64>>, Error> {
+    fn place(&self, scene: &AnyScene<'_>, generator: &mut Generator) -> Result<Vec<Vector3<f64>>, Error> {
         let lattice = Lattice::densest(scene.slab());
         lattice.fill(scene, generator, |layer| if layer == 0 { scene.particles() } else { 0 })
     }
@@ -133,9 +129,9 @@ impl Lattice {
 
     /// Puts `wanted(layer)` more spheres on random sites of each layer; what does not fit goes to the
     /// next layer, and what is left above the last to vacancies from the top down.
-    pub(super) fn fill<F, T>(
+    pub(super) fn fill(
         &self,
-        scene: &Scene<F, T>,
+        scene: &AnyScene<'_>,
         generator: &mut Generator,
         wanted: impl Fn(usize) -> usize,
     ) -> Result<Vec<Vector3<f64>>, Error> {

@@ -19,34 +19,40 @@ pub use positions::Positions;
 pub use random_insertion::RandomInsertion;
 pub use theory::Theory;
 
-use crate::{Error, Field, Generator, Scene, TemperatureProfile};
+use crate::{AnyScene, Error, Generator};
 use nalgebra::Vector3;
+use std::sync::Arc;
 
 /// A way to place the spheres of a scene.
 ///
+/// `&`, `Box` and `Arc` of a start are starts, so that it can be chosen at run time as `Box<dyn Start>`.
+///
 /// ```
 /// use gradient_mc::start::Start;
-/// use gradient_mc::{Error, Field, Generator, Scene, TemperatureProfile, Vector3};
+/// use gradient_mc::{AnyScene, Error, Generator, Vector3};
 /// /// A single file of touching spheres.
 /// struct Tower;
 /// impl Start for Tower {
-///     fn place<F: Field, T: TemperatureProfile>(
-///         &self,
-///         scene: &Scene<F, T>,
-///         _: &mut Generator,
-///     ) -> Result<Vec<Vector3<f64>>, Error> {
+///     fn place(&self, scene: &AnyScene<'_>, _: &mut Generator) -> Result<Vec<Vector3<f64>>, Error> {
 ///         Ok((0..scene.particles()).map(|sphere| Vector3::new(0.5 + sphere as f64, 1.0, 1.0)).collect())
 ///     }
 /// }
 /// ```
-pub trait Start {
+pub trait Start: Send + Sync {
     /// As many centers as the scene has spheres, inside the slab; the simulation checks them.
     ///
     /// # Errors
     /// Any [`Error`], as documented by the start.
-    fn place<F: Field, T: TemperatureProfile>(
-        &self,
-        scene: &Scene<F, T>,
-        generator: &mut Generator,
-    ) -> Result<Vec<Vector3<f64>>, Error>;
+    fn place(&self, scene: &AnyScene<'_>, generator: &mut Generator) -> Result<Vec<Vector3<f64>>, Error>;
 }
+
+macro_rules! forward_start {
+    ($($pointer:ty),+) => {
+        $(impl<S: Start + ?Sized> Start for $pointer {
+            fn place(&self, scene: &AnyScene<'_>, generator: &mut Generator) -> Result<Vec<Vector3<f64>>, Error> {
+                (**self).place(scene, generator)
+            }
+        })+
+    };
+}
+forward_start!(&S, Box<S>, Arc<S>);

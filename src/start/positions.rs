@@ -1,7 +1,7 @@
 //! Positions given by the user.
 
 use super::Start;
-use crate::{Error, Generator, Scene};
+use crate::{AnyScene, Error, Generator};
 use nalgebra::Vector3;
 
 /// Centers in diameters, x up. They must lie in the slab (y and z in [0, width]) and not overlap.
@@ -26,7 +26,7 @@ pub struct Positions(
 );
 
 impl Start for Positions {
-    fn place<F, T>(&self, _: &Scene<F, T>, _: &mut Generator) -> Result<Vec<Vector3<f64>>, Error> {
+    fn place(&self, _: &AnyScene<'_>, _: &mut Generator) -> Result<Vec<Vector3<f64>>, Error> {
         Ok(self.0.clone())
     }
 }

@@ -4,7 +4,7 @@ use super::Start;
 use crate::configuration::Configuration;
 use crate::equation_of_state::packing_fraction;
 use crate::random::unit;
-use crate::{Error, Generator, Scene};
+use crate::{AnyScene, Error, Generator};
 use nalgebra::Vector3;
 
 /// Spheres inserted one by one at random where they do not overlap, from the base up to the height at
@@ -18,31 +18,28 @@ pub struct RandomInsertion {
 
 impl RandomInsertion {
     /// Spheres at `number_density`, in inverse cubic diameters.
-    #[must_use]
-    pub fn new(number_density: f64) -> Self {
-        Self { number_density }
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] unless positive and finite.
+    pub fn new(number_density: f64) -> Result<Self, Error> {
+        let name = "number density of the uniform start";
+        Ok(Self { number_density: Error::require_positive(name, number_density)? })
     }
 }
 
 impl Default for RandomInsertion {
     /// n = 0.1, as in doi:10.1103/PhysRevE.83.061306.
     fn default() -> Self {
-        Self::new(0.1)
+        Self { number_density: 0.1 }
     }
 }
 
 impl Start for RandomInsertion {
     /// # Errors
-    /// [`Error::InvalidParameter`] for a density that is not positive and finite;
     /// [`Error::InsertionFailed`] when the spheres do not fit.
-    fn place<F, T>(
-        &self,
-        scene: &Scene<F, T>,
-        generator: &mut Generator,
-    ) -> Result<Vec<Vector3<f64>>, Error> {
+    fn place(&self, scene: &AnyScene<'_>, generator: &mut Generator) -> Result<Vec<Vector3<f64>>, Error> {
         // A million failures in a row: the free volume is below some 1e-6 of the whole.
         const ATTEMPTS: usize = 1_000_000;
-        Error::require_positive("number density of the uniform start", self.number_density)?;
         let slab = scene.slab();
         let [width_y, width_z] = slab.widths();
         let requested = scene.particles();

@@ -3,8 +3,7 @@
 use super::Start;
 use super::close_packed::Lattice;
 use crate::equation_of_state::{FluidSolid, ModifiedKolafa};
-use crate::hydrostatics::Hydrostatics;
-use crate::{Error, Field, Generator, Scene, TemperatureProfile};
+use crate::{AnyScene, Error, Generator};
 use nalgebra::Vector3;
 
 /// Spheres on random sites of a close-packed lattice, as many in each layer as the hydrostatic
@@ -20,25 +19,16 @@ pub struct Theory;
 
 impl Start for Theory {
     /// # Errors
-    /// What [`Hydrostatics`] returns, and [`Error::LatticeFull`] when the lattice that fits the slab
+    /// What [`Scene::hydrostatics`] returns, and [`Error::LatticeFull`] when the lattice that fits the slab
     /// has too few sites.
-    fn place<F: Field, T: TemperatureProfile>(
-        &self,
-        scene: &Scene<F, T>,
-        generator: &mut Generator,
-    ) -> Result<Vec<Vector3<f64>>, Error> {
+    fn place(&self, scene: &AnyScene<'_>, generator: &mut Generator) -> Result<Vec<Vector3<f64>>, Error> {
         // Sites per sphere where the profile is densest: enough vacancies to move.
         const ROOM: f64 = 1.15;
         let equation_of_state = FluidSolid::default();
-        let profile = Hydrostatics::new(scene.field(), scene.temperature(), &equation_of_state)
-            .between_walls(scene.slab(), scene.column_density())
-            .or_else(|error| match error {
-                Error::HydrostaticsNotConverged { .. } => {
-                    Hydrostatics::new(scene.field(), scene.temperature(), ModifiedKolafa)
-                        .between_walls(scene.slab(), scene.column_density())
-                }
-                error => Err(error),
-            })?;
+        let profile = scene.hydrostatics(&equation_of_state).or_else(|error| match error {
+            Error::HydrostaticsNotConverged { .. } => scene.hydrostatics(&ModifiedKolafa),
+            error => Err(error),
+        })?;
         let slab = scene.slab();
         let mut lattice = Lattice::densest(slab);
         let (_, densest) = profile.density_maximum();
@@ -59,11 +49,10 @@ impl Start for Theory {
 
 #[cfg(test)]
 mod tests {
-    use super::*;
     use crate::equation_of_state::number_density;
     use crate::field::UniformField;
     use crate::temperature::Isothermal;
-    use crate::{Simulation, Slab};
+    use crate::{Scene, Simulation, Slab};
 
     /// Between freezing and melting, where fluid and solid of a box without weight may sit anywhere.
     #[test]

@@ -68,7 +68,12 @@ impl BlockAverages {
                 requirement: "it must be between 1 and 2^20",
             });
         }
-        Ok(Self {
+        Ok(Self::of(components))
+    }
+
+    /// Averages of a number of components that is known to be right.
+    pub(crate) fn of(components: usize) -> Self {
+        Self {
             components,
             block_length: 1,
             sums: Vec::new(),
@@ -78,7 +83,7 @@ impl BlockAverages {
             replica_blocks: Vec::new(),
             remainder: vec![0.0; components],
             remainder_observations: 0,
-        })
+        }
     }
 
     /// Number of components.

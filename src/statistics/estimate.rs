@@ -15,10 +15,11 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// ```
 ///
 /// # Arithmetic
-/// The operators +, −, × and ÷ take an estimate and an *exact* number. Two estimates have no operators, because the error
-/// of a sum depends on how the two are correlated, which they do not know: numbers of one run are correlated. Where
-/// two are independent (other seeds, other scenes), the methods whose names say so combine them, with errors to first
-/// order. Functions of numbers from one run need [`jackknife`](super::BlockAverages::jackknife).
+/// The operators +, −, × and ÷ take an estimate and an *exact* number. Two estimates have no
+/// operators, because the error of a sum depends on how the two are correlated, which they do not
+/// know: numbers of one run are correlated. Where two are independent (other seeds, other scenes),
+/// the methods whose names say so combine them, with errors to first order. Functions of numbers
+/// from one run need [`jackknife`](super::BlockAverages::jackknife).
 ///
 /// ```
 /// use gradient_mc::statistics::Estimate;
@@ -62,15 +63,16 @@ impl Estimate {
         self.plus_independent(-other)
     }
 
-    /// The product with an estimate whose errors have nothing to do with those of this one; errors to first order.
+    /// The product with an estimate whose errors have nothing to do with those of this one; errors
+    /// to first order.
     #[must_use]
     pub fn times_independent(self, other: Self) -> Self {
         let error = libm::hypot(self.standard_error * other.mean, other.standard_error * self.mean);
         Self::new(self.mean * other.mean, error)
     }
 
-    /// The ratio to an estimate whose errors have nothing to do with those of this one; errors to first order, which
-    /// needs that of the denominator to be small.
+    /// The ratio to an estimate whose errors have nothing to do with those of this one; errors to
+    /// first order, which needs that of the denominator to be small.
     #[must_use]
     pub fn over_independent(self, other: Self) -> Self {
         let ratio = self.mean / other.mean;
@@ -84,10 +86,12 @@ impl Estimate {
         Self::combine(estimates.into_iter().map(|estimate| (estimate, 1.0)))
     }
 
-    /// The mean of independent estimates of one quantity with weights 1/error², which has the smallest error; NaN of none.
+    /// The mean of independent estimates of one quantity with weights 1/error², which has the
+    /// smallest error; NaN of none.
     ///
-    /// Errors that are noisy themselves, as those of few blocks, make the result too sure of itself: then
-    /// [`mean_of_independent`](Self::mean_of_independent) is safer. An error of zero gives NaN.
+    /// Errors that are noisy themselves, as those of few blocks, make the result too sure of
+    /// itself: then [`mean_of_independent`](Self::mean_of_independent) is safer. An error of zero
+    /// gives NaN.
     #[must_use]
     pub fn weighted_mean_of_independent(estimates: impl IntoIterator<Item = Self>) -> Self {
         let weigh = |estimate: Self| (estimate, 1.0 / (estimate.standard_error * estimate.standard_error));
@@ -104,7 +108,8 @@ impl Estimate {
         Self::new(sum / weights, squared.sqrt() / weights)
     }
 
-    /// Standard errors between this and an exact `value`, with sign; ±∞ or NaN if the error is zero.
+    /// Standard errors between this and an exact `value`, with sign; ±∞ or NaN if the error is
+    /// zero.
     #[must_use]
     pub fn deviation_from(&self, value: f64) -> f64 {
         (self.mean - value) / self.standard_error
@@ -205,7 +210,8 @@ mod tests {
 
     type Combine = fn(Estimate, Estimate) -> Estimate;
 
-    /// Two normal numbers, many times: the scatter of what is made of them is the error that it claims.
+    /// Two normal numbers, many times: the scatter of what is made of them is the error that it
+    /// claims.
     #[test]
     fn errors_of_combinations_are_their_scatter() {
         const TRIALS: usize = 20_000;

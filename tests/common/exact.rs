@@ -1,6 +1,6 @@
 //! Results that are known exactly, and how a sampled one is compared with them.
 
-use gradient_mc::drive::Drive;
+use gradient_mc::drive::Scheme;
 use gradient_mc::observers::CenterOfMass;
 use gradient_mc::statistics::Estimate;
 use gradient_mc::{Every, Field, Simulation, TemperatureProfile};
@@ -58,15 +58,15 @@ pub fn contact_density(bins: &[f64]) -> f64 {
 
 /// Center-of-mass series, every `interval` sweeps, from a run of the given length, equilibrated for a tenth
 /// of it.
-pub fn center_of_mass<F, T, D>(
-    mut simulation: Simulation<F, T, D>,
+pub fn center_of_mass<F, T, S>(
+    mut simulation: Simulation<F, T, S>,
     sweeps: u64,
     interval: u64,
 ) -> CenterOfMass
 where
     F: Field,
     T: TemperatureProfile,
-    D: Drive<F, T>,
+    S: Scheme<F, T>,
 {
     let mut observer = Every::new(interval, CenterOfMass::new());
     simulation.equilibrate(sweeps / 10, &mut ()).unwrap();

@@ -40,9 +40,10 @@ impl<F: Field, T: TemperatureProfile> Drive<F, T> for TemperatureInMetropolis {
 
 impl<F: Field, T: TemperatureProfile> Scheme<F, T> for TemperatureInMetropolis {
     type Drive = Self;
+    type Adaptation = ();
 
-    fn drive(self, _: &Scene<F, T>) -> Result<Self, Error> {
-        Ok(self)
+    fn drive(self, _: &Scene<F, T>) -> Result<(Self, ()), Error> {
+        Ok((self, ()))
     }
 }
 
@@ -63,8 +64,9 @@ impl Drive<UniformField, ExponentialTemperature> for EquationThirtyOneAsPrinted 
 
 impl Scheme<UniformField, ExponentialTemperature> for EquationThirtyOneAsPrinted {
     type Drive = Self;
+    type Adaptation = ();
 
-    fn drive(self, _: &Scene<UniformField, ExponentialTemperature>) -> Result<Self, Error> {
-        Ok(self)
+    fn drive(self, _: &Scene<UniformField, ExponentialTemperature>) -> Result<(Self, ()), Error> {
+        Ok((self, ()))
     }
 }

@@ -17,7 +17,7 @@
 //! use gradient_mc::observers::CenterOfMass;
 //! use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
 //! use paper::study::{self, Session, Watch};
-//! use paper::{Ending, Failure, Report, warnings};
+//! use paper::{Ending, Failure, Report, row, warnings};
 //!
 //! /// Measures the height of the center of mass of a column.
 //! #[derive(clap::Args, Debug)]
@@ -44,7 +44,7 @@
 //!     };
 //!     let measured = session.run_all("columns", (0..4).collect(), |_| 2 * sweeps, replica)?;
 //!     let mut report = Report::new(session);
-//!     let rows = measured.iter().map(|(center, _)| [center.mean, center.standard_error]);
+//!     let rows = measured.iter().map(|(center, _)| row![center]);
 //!     report.table("center", "heights in d", "center_of_mass, center_of_mass_error", rows)?;
 //!     report.verdicts.agrees("center", "center of mass", measured[0].0, (13.0, 4.0), 0.1);
 //!     warnings::print(measured.iter().map(|(_, warnings)| &warnings[..]));

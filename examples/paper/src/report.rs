@@ -48,3 +48,39 @@ impl Report {
         Ok(self.verdicts.ending())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::figure::{Axis, Panel, Place};
+    use crate::interrupt::Interrupt;
+    use gradient_mc::statistics::Estimate;
+
+    #[test]
+    fn a_report_leaves_tables_pictures_captions_and_claims() {
+        let directory = std::env::temp_dir().join(format!("paper_report_{}", std::process::id()));
+        std::fs::create_dir_all(&directory).unwrap();
+        let interrupt = Interrupt::silent();
+        let out = None;
+        let session =
+            Session { seed: 1, threads: 1, short: true, out, directory: directory.clone(), interrupt };
+        let mut report = Report::new(&session);
+        let place = Place { left: 0.0, top: 0.0, width: 1.0, height: 1.0 };
+        let panel = Panel::new(place, Axis::new("x", 0.0, 1.0), Axis::new("y", 0.0, 1.0));
+        let figure = Figure::new("nothing").with_size(60, 40).panel(panel);
+        report.picture("figure_2", &figure, "the second").unwrap();
+        report.picture("figure_1", &figure, "the first, \"quoted\"").unwrap();
+        report.table("table", "units", "a, b", [[1.0, 2.0]]).unwrap();
+        report.verdicts.at_most("1", "small", Estimate::new(1.0, 0.1), 0.5);
+        assert_eq!(report.finish().unwrap(), Ending::ClaimFailed);
+        let text = |name: &str| std::fs::read_to_string(directory.join(name)).unwrap();
+        assert_eq!(
+            text("captions.csv"),
+            "file,caption\nfigure_1.png,\"the first, \"\"quoted\"\"\"\nfigure_2.png,the second\n"
+        );
+        assert!(text("verdicts.csv").ends_with("1,small,1,0.1,-inf,0.5,false\n"));
+        assert_eq!(text("table.csv"), "# units\na,b\n1,2\n");
+        assert!(text("figure_1.svg").contains("<svg") && directory.join("figure_2.png").is_file());
+        std::fs::remove_dir_all(directory).unwrap();
+    }
+}

@@ -22,8 +22,8 @@ impl Table {
 }
 
 /// A number with its error, in per cent.
-pub fn percent(Estimate { mean, standard_error, .. }: Estimate) -> String {
-    Estimate::new(100.0 * mean, 100.0 * standard_error).to_string()
+pub fn percent(estimate: Estimate) -> String {
+    (100.0 * estimate).to_string()
 }
 
 impl fmt::Display for Table {
@@ -45,5 +45,19 @@ impl fmt::Display for Table {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_are_as_wide_as_their_widest_cell() {
+        let mut table = Table::new(["β", "n"]);
+        table.row("0.05", ["1".to_owned()]);
+        table.row("", []);
+        assert_eq!(table.to_string(), "β      n\n--------\n0.05   1\n\n");
+        assert_eq!(percent(Estimate::new(0.5, 0.01)), Estimate::new(50.0, 1.0).to_string());
     }
 }

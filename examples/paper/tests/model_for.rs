@@ -5,9 +5,10 @@
 
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
+use gradient_mc::Error;
+use gradient_mc::Generator;
 use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::model::{Accuracy, Model, ModelChoice, MonteCarloPlan, Quantity};
-use gradient_mc::{Error, Generator, Hydrostatics};
 use paper::calibration::data::Data;
 use paper::calibration::fit::{self, Constants};
 use paper::calibration::scenes::{Column, HeldOut, Parameters};
@@ -195,9 +196,7 @@ fn pressure_and_compressibility_factor_of_unseen_scenes() {
         let mut outcomes = Vec::new();
         for (index, known) in known().iter().enumerate() {
             let scene = known.scene();
-            let theory = Hydrostatics::new(scene.field(), scene.temperature(), ModifiedKolafa)
-                .between_walls(scene.slab(), scene.column_density())
-                .unwrap();
+            let theory = scene.hydrostatics(&ModifiedKolafa).unwrap();
             let lowest = theory.height_of_fraction(0.5 * unit()).floor();
             let highest = theory.height_of_fraction(0.6 + 0.38 * unit()).ceil().max(lowest + 1.0);
             let drawn = 0.003 * libm::pow(20.0, unit());

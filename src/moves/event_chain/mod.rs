@@ -9,7 +9,8 @@ mod visit;
 
 use super::{LocalMoves, Sweep, local};
 use crate::configuration::{Contact, wrap};
-use crate::drive::{Drive, Phase};
+use crate::drive::Drive;
+use crate::frame::Phase;
 use crate::observer::{AcceptedMove, Collision};
 use crate::random::{Generator, exponential, index, unit};
 use crate::{Error, Field, Slab, TemperatureProfile};
@@ -81,7 +82,7 @@ impl Default for EventChains {
             length: None,
             vertical_fraction: 0.9,
             field_event: FieldEvent::Relocate,
-            local_moves: Some(LocalMoves::unchecked(0.5)),
+            local_moves: Some(LocalMoves::one(0.5)),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Chains that do not get ahead.
 
 use crate::Error;
-use crate::drive::Phase;
+use crate::frame::Phase;
 
 /// Guards against chains that go on for ever without getting anywhere, where spheres touch all along
 /// the way or the force is immense.

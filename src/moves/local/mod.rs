@@ -31,7 +31,7 @@ use visit::{Common, Outcome, Scratch, Slice};
 /// let slab = Slab::new(60.0, 6.0, 6.0)?;
 /// let scene = Scene::new(slab, 360, UniformField::default(), Isothermal::new(5.0)?)?;
 /// // Small steps for the base, large ones for the top.
-/// let moves = LocalMoves::mixture(&[0.15, 1.0], &slab)?;
+/// let moves = LocalMoves::mixture(&[0.15, 1.0])?;
 /// let mut simulation = Simulation::builder(scene).moves(moves).seed(1).build()?;
 /// simulation.run(100, &mut ())?;
 /// # Ok::<(), gradient_mc::Error>(())
@@ -53,9 +53,10 @@ impl LocalMoves {
     /// S = `maximum_displacement` in diameters.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] unless 0 < S ≤ half the smallest side of the slab.
-    pub fn new(maximum_displacement: f64, slab: &Slab) -> Result<Self, Error> {
-        Self::mixture(&[maximum_displacement], slab)
+    /// [`Error::InvalidParameter`] unless positive and finite. S must not exceed half the smallest side of the slab, which
+    /// is checked when the simulation is built.
+    pub fn new(maximum_displacement: f64) -> Result<Self, Error> {
+        Self::mixture(&[maximum_displacement])
     }
 
     /// Each trial draws one of several S, all equally likely; the choice does not depend on where the sphere
@@ -64,7 +65,7 @@ impl LocalMoves {
     /// # Errors
     /// [`Error::InvalidParameter`] unless there are 1 to [`MOST_SIZES`](Self::MOST_SIZES), each as in
     /// [`new`](Self::new).
-    pub fn mixture(maximum_displacements: &[f64], slab: &Slab) -> Result<Self, Error> {
+    pub fn mixture(maximum_displacements: &[f64]) -> Result<Self, Error> {
         let count = maximum_displacements.len();
         let Some(&last) = maximum_displacements.last().filter(|_| count <= Self::MOST_SIZES) else {
             let requirement = "there must be at least one and at most four";
@@ -73,9 +74,10 @@ impl LocalMoves {
         };
         let mut sizes = [last; Self::MOST_SIZES];
         sizes[..count].copy_from_slice(maximum_displacements);
-        let moves = Self { sizes, count, across: f64::INFINITY, tuned: false };
-        moves.check(slab)?;
-        Ok(moves)
+        for size in sizes {
+            Error::require_positive("maximum displacement", size)?;
+        }
+        Ok(Self { sizes, count, across: f64::INFINITY, tuned: false })
     }
 
     /// S tuned while equilibrating, and then fixed; nothing has to be known beforehand.
@@ -119,19 +121,18 @@ impl LocalMoves {
         }
         let [width_y, width_z] = slab.widths();
         let largest = 0.5 * slab.height().min(width_y).min(width_z);
-        // A NaN fails the comparison too.
-        match self.sizes.into_iter().find(|&size| !(size > 0.0 && size <= largest)) {
+        match self.sizes.into_iter().find(|&size| size > largest) {
             None => Ok(()),
             Some(value) => Err(Error::InvalidParameter {
                 name: "maximum displacement",
                 value,
-                requirement: "it must be positive and at most half the smallest side of the slab",
+                requirement: "it must be at most half the smallest side of the slab",
             }),
         }
     }
 
-    /// One S in diameters, to be checked when the slab is known.
-    pub(crate) fn unchecked(maximum_displacement: f64) -> Self {
+    /// One S that is known to be right.
+    pub(crate) fn one(maximum_displacement: f64) -> Self {
         Self::capped(maximum_displacement, f64::INFINITY)
     }
 

@@ -3,9 +3,9 @@
 use super::*;
 use crate::Scene;
 use crate::configuration::Configuration;
-use crate::drive::{IsothermalDrive, Phase};
+use crate::drive::{Automatic, Scheme};
 use crate::field::UniformField;
-use crate::observer::MoveCounts;
+use crate::frame::{MoveCounts, Phase};
 use crate::statistics::BlockAverages;
 use crate::temperature::Isothermal;
 
@@ -45,7 +45,7 @@ impl Column {
         self.engine
             .sweep(&mut Sweep {
                 scene: &self.scene,
-                drive: &IsothermalDrive,
+                drive: &Automatic.drive(&self.scene).unwrap().0,
                 configuration: &mut self.configuration,
                 generator: &mut self.generator,
                 move_counts: &mut self.move_counts,
@@ -61,7 +61,7 @@ fn one_sphere_in_many_domains_follows_the_barometric_law() {
     // Domains of three diameters: their faces reject a fifth of the trials.
     let (temperature, range) = (1.5, 11.0);
     let mut column =
-        Column::new([range + 1.0, 6.0, 6.0], temperature, &[[1.0, 1.0, 1.0]], LocalMoves::unchecked(0.5));
+        Column::new([range + 1.0, 6.0, 6.0], temperature, &[[1.0, 1.0, 1.0]], LocalMoves::one(0.5));
     let mut moments = BlockAverages::new(2).unwrap();
     let mut across = [0_u32; 2];
     let sweeps = 2_000_000;
@@ -86,7 +86,7 @@ fn one_sphere_in_many_domains_follows_the_barometric_law() {
 #[test]
 fn trials_that_leave_a_domain_are_counted() {
     let (size, range, sweeps) = (1.0, 12.0, 1_000_000);
-    let mut column = Column::new([range + 1.0, 12.0, 12.0], 1.0, &[[1.0; 3]], LocalMoves::unchecked(size));
+    let mut column = Column::new([range + 1.0, 12.0, 12.0], 1.0, &[[1.0; 3]], LocalMoves::one(size));
     let (slab, temperature) = (*column.scene.slab(), *column.scene.temperature());
     column.scene = Scene::new(slab, 1, UniformField::new(0.0).unwrap(), temperature).unwrap();
     (0..sweeps).for_each(|_| column.sweep());
@@ -123,7 +123,7 @@ pub(super) fn check_barometric(moments: &BlockAverages, temperature: f64, range:
 
 #[test]
 fn many_spheres_in_small_domains_weigh_what_they_weigh() {
-    check_contact(LocalMoves::unchecked(0.4), 0, 60_000);
+    check_contact(LocalMoves::one(0.4), 0, 60_000);
 }
 
 /// Contact theorem: n(1/2) T is the weight on the base, whatever the density. Gives the column back.

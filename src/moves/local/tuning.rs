@@ -3,7 +3,7 @@
 use super::LocalMoves;
 use super::domains::Domains;
 use crate::configuration::{Grid, Layer, NOBODY};
-use crate::drive::Phase;
+use crate::frame::Phase;
 use crate::observer::AcceptedMove;
 use crate::random::{Generator, index, unit};
 

@@ -4,6 +4,7 @@
 //! anything is off.
 
 use gradient_mc::drive::{Drive, EquationOfStateClosure, SelfConsistent};
+use gradient_mc::moves::LocalMoves;
 use gradient_mc::start::ClosePacked;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{
@@ -116,7 +117,7 @@ fn main() -> Result<ExitCode, Error> {
     let slab = Slab::new(40.0, 4.0, 4.0)?;
     let scene = Scene::new(slab, 1, Spring { stiffness: 0.5, center: 20.0 }, Isothermal::new(2.0)?)?;
     let mut simulation =
-        Simulation::builder(scene).start(ClosePacked).maximum_displacement(2.0).seed(1).build()?;
+        Simulation::builder(scene).start(ClosePacked).moves(LocalMoves::new(2.0)?).seed(1).build()?;
     let mut heights = Heights::below(40.0);
     simulation.equilibrate(10_000, &mut ())?;
     simulation.run(2_000_000, &mut heights)?;

@@ -19,7 +19,7 @@ use gradient_mc::temperature::ExponentialTemperature;
 use gradient_mc::{Every, HydrostaticProfile, Hydrostatics, Merge, Scene, Simulation, Slab, Warning};
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use paper::row;
-use paper::study::{self, count};
+use paper::study;
 use paper::table::{Table, percent};
 use paper::verdict::Verdicts;
 use paper::{Ending, Failure, Report, Session, Side, Watch, groups, warnings};
@@ -83,8 +83,7 @@ fn replica(
 ) -> Result<Replica, Failure> {
     let slab = slab()?;
     let temperature = ExponentialTemperature::new(TEMPERATURE, decay_rate)?;
-    let particles = count(COLUMN_DENSITY * slab.base_area());
-    let scene = Scene::new(slab, particles, UniformField::default(), temperature)?;
+    let scene = Scene::with_column_density(slab, COLUMN_DENSITY, UniformField::default(), temperature)?;
     let moves = EventChains::default().local_moves(Some(LocalMoves::tuned()));
     let builder = Simulation::builder(scene).scheme(SelfConsistent::default()).moves(moves).seed(seed);
     let mut simulation = match Side::of(number) {
@@ -92,9 +91,8 @@ fn replica(
         Side::Below => builder.start(ClosePacked).build()?,
     };
     watch.sweeps(sweeps, 1, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
-    let bins = 4 * 399;
     let mut profile =
-        Every::new(5, EquationOfStateProfile::new(&slab, Bins::count(bins).from(0.5).to(HEIGHT - 0.5))?);
+        Every::new(5, EquationOfStateProfile::new(&slab, Bins::of_width(0.25).from(0.5).to(HEIGHT - 0.5))?);
     watch.sweeps(sweeps, 1, |sweeps| simulation.run(sweeps, &mut profile))?;
     let balance = simulation.force_balance().ok_or("there is a field to be judged")?.clone();
     Ok((profile.observer, balance, simulation.warnings()))
@@ -201,10 +199,9 @@ fn verdicts(outcomes: &[Outcome], full: bool) -> Verdicts {
         if full {
             let largest = groups::largest(deviations.iter().map(|deviation| deviation.standard_error));
             let claim = format!("β = {decay_rate}: largest error of P/(nTZ) − 1");
-            verdicts.at_most("17", &claim, Estimate::new(largest, 0.0), LARGEST_ERROR);
-            let certified = f64::from(u8::from(certificate.is_converged()));
+            verdicts.at_most("17", &claim, Estimate::exact(largest), LARGEST_ERROR);
             let claim = format!("β = {decay_rate}: runs are certified: {certificate}");
-            verdicts.at_least("17", &claim, Estimate::new(certified, 0.0), 1.0);
+            verdicts.is_so("17", &claim, certificate.is_converged());
         }
     }
     verdicts

@@ -1,16 +1,18 @@
 //! Chains in tiles leave the distribution as it is, however small the tiles are; wrong rules do not.
 
 use super::*;
+use crate::Scene;
+use crate::centers::Centers;
 use crate::configuration::Configuration;
-use crate::drive::{IsothermalDrive, Phase};
+use crate::drive::{Automatic, Scheme};
 use crate::field::{ExponentialField, UniformField};
+use crate::frame::{Frame, MoveCounts, Phase, Still};
 use crate::moves::LocalMoves;
 use crate::moves::event_chain::{Engine, FieldEvent};
-use crate::observer::{Frame, MoveCounts, Observer};
+use crate::observer::Observer;
 use crate::observers::{Bins, CenterOfMass, ChainPressureProfile, DensityProfile};
 use crate::statistics::{BlockAverages, Estimate};
 use crate::temperature::Isothermal;
-use crate::{Centers, Scene};
 use rand::SeedableRng;
 
 /// Tiles that are as small as they can be: most of their spheres touch frozen ones.
@@ -56,10 +58,11 @@ impl<F: Field> Column<F> {
     }
 
     fn sweep(&mut self, observer: &mut impl Observer) {
+        let (drive, _) = Automatic.drive(&self.scene).unwrap();
         self.engine
             .sweep(&mut Sweep {
                 scene: &self.scene,
-                drive: &IsothermalDrive,
+                drive: &drive,
                 configuration: &mut self.configuration,
                 generator: &mut self.generator,
                 move_counts: &mut self.move_counts,
@@ -69,11 +72,12 @@ impl<F: Field> Column<F> {
             .unwrap();
         self.sweeps += 1;
         let frame = Frame {
-            slab: self.scene.slab(),
-            field: self.scene.field(),
-            temperature: self.scene.temperature(),
+            scene: self.scene.as_any(),
+            potential: &Still(0),
             centers: Centers::new(&self.configuration),
             sweep: self.sweeps,
+            phase: Phase::Production,
+            sweep_of_phase: self.sweeps,
             move_counts: &self.move_counts,
         };
         observer.observe(&frame).unwrap();
@@ -228,7 +232,7 @@ fn observe(sizes: Sizes, frozen: Frozen, local: Option<LocalMoves>) -> Vec<Estim
 
 #[test]
 fn a_column_in_small_tiles_agrees_with_one_in_none() {
-    let local = Some(LocalMoves::unchecked(0.4));
+    let local = Some(LocalMoves::one(0.4));
     let expected = observe(NONE, Frozen::Turns, local);
     let found = observe(SMALL, Frozen::Turns, local);
     // The contact theorem: n(1/2) T is the weight on the base.

@@ -59,7 +59,7 @@ fn sizes_by_the_height_of_the_sphere_are_noticed() {
     column.engine.domains = Domains::new(Sizes::GOOD);
     let (_, moments) = moments(column, |column| {
         let height = column.configuration.positions()[0][0];
-        column.engine.moves = LocalMoves::unchecked(plan.short(height).unwrap());
+        column.engine.moves = LocalMoves::one(plan.short(height).unwrap());
     });
     check_barometric(&moments, TEMPERATURE, RANGE).unwrap_err();
 }
@@ -150,7 +150,6 @@ fn sizes_fall_with_the_density_and_are_frozen_in_production() {
 #[test]
 fn a_tuned_column_falls_two_hundred_times_sooner() {
     let extents = [400.0, 5.0, 5.0];
-    let slab = Slab::new(extents[0], extents[1], extents[2]).unwrap();
     let sweeps = |moves: LocalMoves, interval: u64| {
         let mut simulation = column(20.0, extents, 1000, moves);
         while simulation.frame().heights().sum::<f64>() > 160.0 * 1000.0 {
@@ -159,6 +158,6 @@ fn a_tuned_column_falls_two_hundred_times_sooner() {
         }
         simulation.sweep()
     };
-    let [fixed, tuned] = [sweeps(LocalMoves::new(0.75, &slab).unwrap(), 100), sweeps(LocalMoves::tuned(), 1)];
+    let [fixed, tuned] = [sweeps(LocalMoves::new(0.75).unwrap(), 100), sweeps(LocalMoves::tuned(), 1)];
     assert!(fixed > 200 * tuned, "{fixed} sweeps with S = 0.75, {tuned} with S tuned");
 }

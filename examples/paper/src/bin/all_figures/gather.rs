@@ -237,7 +237,7 @@ mod tests {
         let verdict = |figure: &str| Verdict {
             figure: figure.to_owned(),
             claim: String::new(),
-            measured: Estimate::new(0.0, 0.0),
+            measured: Estimate::exact(0.0),
             lowest: -1.0,
             highest: 1.0,
         };

@@ -48,14 +48,20 @@ struct Part {
 }
 
 impl Part {
-    /// Whether it came to its end, everything is there, and every claim holds.
-    fn holds(&self) -> bool {
+    /// Whether it came to its end and everything is there.
+    fn is_complete(&self) -> bool {
         let finished = match &self.launched {
             None => true,
-            Some(Ok(launched)) => launched.code == Some(0),
+            // One whose claims fail is complete, too.
+            Some(Ok(launched)) => matches!(launched.code, Some(0 | 1)),
             Some(Err(_)) => false,
         };
-        finished && self.gathered.holds()
+        finished && self.gathered.missing.is_empty()
+    }
+
+    /// Whether it is complete and every claim holds.
+    fn holds(&self) -> bool {
+        self.is_complete() && self.gathered.holds()
     }
 }
 
@@ -97,6 +103,8 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     println!("written to {}", path.display());
     Ok(if session.interrupt.pressed() {
         Ending::Interrupted
+    } else if session.short && !parts.iter().all(Part::is_complete) {
+        return Err("a study has not come to its end".into());
     } else if parts.iter().all(Part::holds) {
         Ending::Finished
     } else {

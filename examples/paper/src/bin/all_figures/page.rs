@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 const STYLE: &str = "\
-body { font: 16px/1.5 sans-serif; color: #222; max-width: 72rem; margin: 1rem auto; padding: 0 1rem; overflow-wrap: anywhere }
+body { font: 16px/1.5 sans-serif; color: #222; max-width: 72rem; margin: 1rem auto; padding: 0 1rem; overflow-wrap: break-word }
 h1, h2 { line-height: 1.2 }
 h2 { margin-top: 3rem; border-top: 1px solid #ccc; padding-top: 1rem }
 figure { margin: 2rem 0 0.5rem }
@@ -41,6 +41,9 @@ pub(crate) fn page(parts: &[Part], command: &str) -> String {
     add("<p>Mehrotra, Puri and Khakhar, Phys. Rev. E <b>83</b>, 061306 (2011), \
          <a href=\"https://doi.org/10.1103/PhysRevE.83.061306\">doi:10.1103/PhysRevE.83.061306</a>, drawn again from simulation. \
          Lines are theory, points are simulation with one standard error. Every claim has a number and a range, and can fail.</p>");
+    if command.ends_with("--short") {
+        add("<p class=\"fails\">A short run, to try the programs out: its claims mean nothing.</p>");
+    }
     let class = if all { "holds" } else { "fails" };
     add(&format!("<p><strong class=\"{class}\">{held} of {claims} claims hold.</strong></p>"));
     add(

@@ -5,7 +5,7 @@ use gradient_mc::equation_of_state::{ModifiedKolafa, packing_fraction};
 use gradient_mc::model::{
     Accuracy, MonteCarloPlan, MoveFamily, Quantity, densities, total_variation_distance,
 };
-use gradient_mc::{Error, HydrostaticProfile, Hydrostatics};
+use gradient_mc::{Error, HydrostaticProfile};
 use paper::calibration::data::{Base, ColumnRow, Data, Formula, LayerRow, Moves, Plan};
 use paper::calibration::scenes::{Column, Parameters};
 use paper::{Failure, Session};
@@ -87,8 +87,7 @@ fn one(first_seed: u64, index: usize, parameters: Parameters, lengths: Lengths) 
 }
 
 fn theory(scene: &Column) -> Result<HydrostaticProfile, Error> {
-    Hydrostatics::new(scene.field(), scene.temperature(), ModifiedKolafa)
-        .between_walls(scene.slab(), scene.column_density())
+    scene.hydrostatics(&ModifiedKolafa)
 }
 
 /// Anything that the library can be asked for.

@@ -1,11 +1,11 @@
 //! The runs: five independent replicas of ours, and the paper's five successive intervals.
 
 use super::case::{COLUMN_DENSITY, Case};
-use gradient_mc::drive::{Drive, EquationOfStateClosure, Instantaneous, SelfConsistent};
+use gradient_mc::drive::{EquationOfStateClosure, Instantaneous, Scheme, SelfConsistent};
 use gradient_mc::field::ExponentialField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
 use gradient_mc::observers::{Bins, EquationOfStateProfile};
-use gradient_mc::start::{ClosePacked, Positions, RandomInsertion};
+use gradient_mc::start::{ClosePacked, Positions, RandomInsertion, Start};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{Every, Scene, Simulation, TemperatureProfile, Vector3, Warning};
 use paper::study::count;
@@ -75,30 +75,22 @@ impl Run {
             match self.plan {
                 Plan::Ours { .. } => {
                     let builder = builder.scheme(SelfConsistent::default());
-                    let simulation = match self.side() {
-                        Side::Above => builder.start(self.gas()).build()?,
-                        Side::Below => builder.start(ClosePacked).build()?,
-                    };
-                    self.profiles(simulation, watch)
+                    self.profiles(builder.start(self.start()?).build()?, watch)
                 }
                 Plan::Field { .. } => {
                     let start = Positions(self.near_the_steady_state(&scene, watch)?);
-                    let simulation = builder.scheme(Instantaneous::new(NOISY_BIN)).start(start).build()?;
+                    let simulation = builder.scheme(Instantaneous::new(NOISY_BIN)?).start(start).build()?;
                     self.profiles(simulation, watch)
                 }
                 Plan::Protocol { .. } => {
-                    let builder = builder.scheme(Instantaneous::new(BIN));
+                    let builder = builder.scheme(Instantaneous::new(BIN)?);
                     self.profiles(builder.start(RandomInsertion::default()).build()?, watch)
                 }
             }
         } else {
             let scene = Scene::new(case.slab, case.particles(), field, Isothermal::new(case.temperature)?)?;
             let builder = Simulation::builder(scene).seed(self.seed).moves(self.moves()?);
-            let simulation = match self.side() {
-                Side::Above => builder.start(self.gas()).build()?,
-                Side::Below => builder.start(ClosePacked).build()?,
-            };
-            self.profiles(simulation, watch)
+            self.profiles(builder.start(self.start()?).build()?, watch)
         }
     }
 
@@ -113,13 +105,20 @@ impl Run {
     }
 
     /// Far above the steady state; the paper's own start is higher still.
-    fn gas(&self) -> RandomInsertion {
-        match self.plan {
+    fn gas(&self) -> Result<RandomInsertion, Failure> {
+        Ok(match self.plan {
             Plan::Protocol { .. } => RandomInsertion::default(),
             // In a field that grows, what is high weighs e^{αx} times as much.
-            _ if self.case.growth_rate > 0.0 => RandomInsertion::new(0.5),
-            _ => RandomInsertion::new(0.25),
-        }
+            _ if self.case.growth_rate > 0.0 => RandomInsertion::new(0.5)?,
+            _ => RandomInsertion::new(0.25)?,
+        })
+    }
+
+    fn start(&self) -> Result<Box<dyn Start>, Failure> {
+        Ok(match self.side() {
+            Side::Above => Box::new(self.gas()?),
+            Side::Below => Box::new(ClosePacked),
+        })
     }
 
     fn moves(&self) -> Result<Moves, Failure> {
@@ -128,7 +127,7 @@ impl Run {
             Plan::Field { .. } | Plan::Protocol { .. } => {
                 // The paper has smaller moves where it freezes.
                 let size = if self.case.growth_rate > 0.09 { 0.25 } else { 0.75 };
-                LocalMoves::new(size, &self.case.slab)?.into()
+                LocalMoves::new(size)?.into()
             }
         })
     }
@@ -144,14 +143,11 @@ impl Run {
             .scheme(EquationOfStateClosure::default())
             .moves(EventChains::default())
             .seed(self.seed ^ 0x5eed);
-        let mut near = match self.side() {
-            Side::Above => builder.start(self.gas()).build()?,
-            Side::Below => builder.start(ClosePacked).build()?,
-        };
+        let mut near = builder.start(self.start()?).build()?;
         let particles = self.case.particles() as u64;
         watch.sweeps(APPROACH, 10 * particles, |sweeps| near.equilibrate(sweeps, &mut ()))?;
         let mut near = Simulation::builder(*scene)
-            .scheme(Instantaneous::new(NOISY_BIN))
+            .scheme(Instantaneous::new(NOISY_BIN)?)
             .moves(LocalMoves::tuned())
             .start(Positions(near.positions()))
             .seed(self.seed ^ 0xbed)
@@ -160,9 +156,9 @@ impl Run {
         Ok(near.positions())
     }
 
-    fn profiles<T: TemperatureProfile, D: Drive<ExponentialField, T>>(
+    fn profiles<T: TemperatureProfile, S: Scheme<ExponentialField, T>>(
         &self,
-        mut simulation: Simulation<ExponentialField, T, D>,
+        mut simulation: Simulation<ExponentialField, T, S>,
         watch: &Watch<'_>,
     ) -> Result<Measured, Failure> {
         let (equilibration, intervals, sweeps, weight) = match self.plan {

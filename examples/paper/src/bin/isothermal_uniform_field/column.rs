@@ -95,7 +95,7 @@ pub(crate) fn simulate(task: Task, watch: &Watch<'_>) -> Result<Column, Failure>
     let slab = task.slab()?;
     let scene =
         Scene::new(slab, task.particles(), UniformField::default(), Isothermal::new(task.temperature)?)?;
-    let builder = Simulation::builder(scene).moves(task.family.moves(&slab)?).seed(task.seed);
+    let builder = Simulation::builder(scene).moves(task.family.moves()?).seed(task.seed);
     let mut simulation = match task.side {
         Side::Above => builder.start(RandomInsertion::default()).build()?,
         Side::Below => builder.start(ClosePacked).build()?,
@@ -118,7 +118,7 @@ pub(crate) fn simulate(task: Task, watch: &Watch<'_>) -> Result<Column, Failure>
         })?;
         if let Some(layers) = &mut layers {
             let start = Positions(simulation.positions());
-            let moves = LocalMoves::new(task.small_displacement(), &slab)?;
+            let moves = LocalMoves::new(task.small_displacement())?;
             let builder = Simulation::builder(scene).moves(moves).seed(task.seed ^ ((1 + round) << 40));
             let mut branch = builder.start(start).build()?;
             watch.sweeps(share(task.layers, round), particles, |sweeps| {
@@ -129,7 +129,7 @@ pub(crate) fn simulate(task: Task, watch: &Watch<'_>) -> Result<Column, Failure>
     let mobility = if task.mobility > 0 {
         // The paper's moves in the steady state that ours have reached.
         let start = Positions(simulation.positions());
-        let builder = Simulation::builder(scene).moves(Family::Paper.moves(&slab)?).seed(!task.seed);
+        let builder = Simulation::builder(scene).moves(Family::Paper.moves()?).seed(!task.seed);
         let mut simulation = builder.start(start).build()?;
         let mut mobility = Every::new(
             task.interval,

@@ -224,7 +224,7 @@ fn plateaus(states: &[State<'_>], report: &mut Report) -> Result<(), Failure> {
     let verdicts = &mut report.verdicts;
     for state in states {
         let (temperature, measured) = (state.temperature, state.center_of_mass);
-        let error = Estimate::new(measured.standard_error, 0.0);
+        let error = Estimate::exact(measured.standard_error);
         verdicts.at_most(
             "2",
             &format!("error of the plateau h_c at T = {temperature}"),
@@ -298,7 +298,7 @@ fn slopes(states: &[State<'_>], report: &mut Report) {
                 "mean slope from T = {} to {}, theory {expected:.4}",
                 pair[0].temperature, pair[1].temperature
             ),
-            Estimate::new(rise.mean / step, rise.standard_error / step),
+            rise / step,
             (expected, 4.0),
             0.01,
         );
@@ -334,7 +334,7 @@ fn paper_moves(states: &[State<'_>], falling: &[&Column], report: &mut Report) {
                 "sweeps of the paper's moves until h_c at T = {temperature} is within one standard deviation, {deviation:.2}, of \
                  the plateau; it discards 500000"
             ),
-            Estimate::new(arrival.map_or(f64::NAN, |&(sweep, _)| sweep), 0.0),
+            Estimate::exact(arrival.map_or(f64::NAN, |&(sweep, _)| sweep)),
             500_000.0,
         );
         let heights = column.center_of_mass.heights();
@@ -346,7 +346,7 @@ fn paper_moves(states: &[State<'_>], falling: &[&Column], report: &mut Report) {
                 "h_c at T = {temperature} over the last third by the paper's moves, {mean:.2}, less {whose}, in \
                  standard deviations of h_c"
             ),
-            Estimate::new((mean - plateau) / deviation, 0.0),
+            Estimate::exact((mean - plateau) / deviation),
             -2.0,
             2.0,
         );
@@ -364,7 +364,7 @@ fn relaxation(steady: &[Column], report: &mut Report) {
             let time =
                 column.steady().autocorrelation().map_or("more than a fiftieth of it".into(), |found| {
                     let scale = column.task.interval as f64;
-                    Estimate::new(scale * found.time.mean, scale * found.time.standard_error).to_string()
+                    (scale * found.time).to_string()
                 });
             println!(
                 "T = {temperature:2}, {}, {} wide, from {side}: steady from sweep {sweeps} on; h_c {}, correlation time {time} sweeps, {:.1} CPU s",
@@ -384,7 +384,7 @@ fn relaxation(steady: &[Column], report: &mut Report) {
                     "sweeps of {} until T = {temperature} is steady, the slowest column; so many are discarded",
                     column.task.family.name()
                 ),
-                Estimate::new(sweeps, 0.0),
+                Estimate::exact(sweeps),
                 column.task.equilibration as f64,
             );
         }

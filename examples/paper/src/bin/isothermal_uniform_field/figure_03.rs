@@ -201,7 +201,7 @@ fn top(state: &State<'_>, report: &mut Report) -> Result<(), Failure> {
     report.verdicts.agrees(
         "3b",
         &format!("n over the ideal gas of the same chemical potential at T = {temperature}, x > {low:.0}"),
-        Estimate::new(1.0 + gas[0].mean, gas[0].standard_error),
+        1.0 + gas[0],
         (1.0, 4.0),
         0.08,
     );
@@ -210,7 +210,7 @@ fn top(state: &State<'_>, report: &mut Report) -> Result<(), Failure> {
     report.verdicts.at_least(
         "3b",
         &format!("the same if the gas began with the density of the base, T = {temperature}: far off"),
-        Estimate::new(1.0 + wrong[0].mean, wrong[0].standard_error),
+        1.0 + wrong[0],
         2.0,
     );
     let uppermost = [[HEIGHT - 20.5, HEIGHT - 0.5]];

@@ -101,7 +101,7 @@ fn write_tables(
 
 fn claims(states: &[State<'_>], densest: f64, radial: &[RadialDistributionPoint], report: &mut Report) {
     let verdicts = &mut report.verdicts;
-    let count = |state: &State<'_>| Estimate::new(state.base.clear_layers as f64, 0.0);
+    let count = |state: &State<'_>| Estimate::exact(state.base.clear_layers as f64);
     for state in states {
         let temperature = state.temperature;
         let claim =
@@ -130,7 +130,7 @@ fn claims(states: &[State<'_>], densest: f64, radial: &[RadialDistributionPoint]
     let first = radial
         .iter()
         .max_by(|first, second| first.radial_distribution.mean.total_cmp(&second.radial_distribution.mean));
-    let position = first.map_or(nan, |point| Estimate::new(point.distance, 0.0));
+    let position = first.map_or(nan, |point| Estimate::exact(point.distance));
     verdicts.between(
         "4 inset",
         &format!("highest peak of g(r) of the first layer at T = {densest}, in d"),
@@ -138,9 +138,7 @@ fn claims(states: &[State<'_>], densest: f64, radial: &[RadialDistributionPoint]
         1.0,
         1.15,
     );
-    let far = radial.iter().filter(|point| point.distance > FAR).map(|point| {
-        Estimate::new(point.radial_distribution.mean - 1.0, point.radial_distribution.standard_error)
-    });
+    let far = radial.iter().filter(|point| point.distance > FAR).map(|point| point.radial_distribution - 1.0);
     verdicts.at_most(
         "4 inset",
         &format!("largest |g − 1| beyond {FAR} d: no order of long range"),

@@ -162,7 +162,7 @@ fn claims(measured: &[Mobility<'_>], report: &mut Report) {
             exact + 4.0 * gas.standard_error,
         );
         let base = mean_over(mobility, |height| (NEAR[0]..NEAR[1]).contains(&height));
-        let ratio = Estimate::new(base.mean / exact, base.standard_error / exact);
+        let ratio = base / exact;
         let claim =
             format!("Δr between {} and {} d over that of a dilute gas, T = {temperature}", NEAR[0], NEAR[1]);
         if temperature < 10.0 {

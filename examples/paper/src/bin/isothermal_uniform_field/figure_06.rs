@@ -84,14 +84,14 @@ pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Fa
         report.verdicts.at_most(
             "6",
             &format!("the same at T = {} in standard errors, the better equation", state.temperature),
-            Estimate::new(largest(in_errors), 0.0),
+            Estimate::exact(largest(in_errors)),
             4.0,
         );
         let errors = groups.iter().map(|group| group.from_kolafa.standard_error);
         report.verdicts.at_most(
             "6",
             &format!("largest of these standard errors at T = {}", state.temperature),
-            Estimate::new(largest(errors), 0.0),
+            Estimate::exact(largest(errors)),
             0.005,
         );
     }

@@ -85,9 +85,9 @@ fn density_point((height, density): &(f64, Estimate)) -> Point {
 /// Simulation over functional, less 1, with its error, for every bin that both have.
 fn from_functional(state: &State<'_>) -> impl Iterator<Item = (f64, Estimate)> {
     let pairs = state.base.bins.iter().zip(&state.theory.white_bear_base);
-    pairs.filter(|((height, _), _)| *height < HIGHEST).map(|((height, density), (_, functional))| {
-        (*height, Estimate::new(density.mean / functional - 1.0, density.standard_error / functional))
-    })
+    pairs
+        .filter(|((height, _), _)| *height < HIGHEST)
+        .map(|((height, density), (_, functional))| (*height, *density / *functional - 1.0))
 }
 
 fn deviation(state: &State<'_>, column: usize) -> Panel {
@@ -197,7 +197,7 @@ fn independently(state: &State<'_>, report: &mut Report) -> Result<(), Failure> 
             "largest difference between n(x) in bins of 0.1 and an independent program's, in errors, T = {}",
             state.temperature
         ),
-        Estimate::new(largest(differences), 0.0),
+        Estimate::exact(largest(differences)),
         4.5,
     );
     Ok(())
@@ -217,7 +217,7 @@ fn two_routes(state: &State<'_>, report: &mut Report) {
             state.columns.first().map_or("", |column| column.task.family.name()),
             state.temperature
         ),
-        Estimate::new(largest(differences), 0.0),
+        Estimate::exact(largest(differences)),
         4.5,
     );
 }
@@ -233,7 +233,7 @@ fn against_functional(state: &State<'_>, report: &mut Report) {
     let root_mean_square = |value: fn(&Estimate) -> f64| {
         (found.iter().map(|bin| value(bin) * value(bin)).sum::<f64>() / found.len() as f64).sqrt()
     };
-    let deviation = Estimate::new(root_mean_square(|bin| bin.mean), 0.0);
+    let deviation = Estimate::exact(root_mean_square(|bin| bin.mean));
     let noise = root_mean_square(|bin| bin.standard_error);
     let claim = format!(
         "rms of n/n(White Bear II) − 1 at T = {temperature} in bins of 0.1, x < {HIGHEST}, of which noise {noise:.4}"
@@ -246,7 +246,7 @@ fn against_functional(state: &State<'_>, report: &mut Report) {
         verdicts.at_most(
             "base",
             &format!("the largest of these at T = {temperature} less {FUNCTIONAL}, in errors"),
-            Estimate::new(largest(beyond), 0.0),
+            Estimate::exact(largest(beyond)),
             3.0,
         );
     }

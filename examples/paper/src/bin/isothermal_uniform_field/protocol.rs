@@ -71,9 +71,9 @@ pub(crate) enum Family {
 }
 
 impl Family {
-    pub(crate) fn moves(self, slab: &Slab) -> Result<Moves, Failure> {
+    pub(crate) fn moves(self) -> Result<Moves, Failure> {
         Ok(match self {
-            Self::Paper => LocalMoves::new(PAPER_DISPLACEMENT, slab)?.into(),
+            Self::Paper => LocalMoves::new(PAPER_DISPLACEMENT)?.into(),
             Self::Tuned => LocalMoves::tuned().into(),
             Self::Chains => EventChains::default().local_moves(Some(LocalMoves::tuned())).into(),
         })

@@ -50,7 +50,7 @@ impl<'a> State<'a> {
         let response = pooled(columns.iter().copied(), |column| {
             let variance = column.steady().variance()?;
             let factor = column.task.particles() as f64 / (temperature * temperature);
-            Ok(Estimate::new(factor * variance.mean, factor * variance.standard_error))
+            Ok(factor * variance)
         })?;
         Ok(Self {
             temperature,
@@ -106,5 +106,5 @@ fn pooled<'a>(
 
 /// The difference of two independent estimates.
 pub(crate) fn difference(first: Estimate, second: Estimate) -> Estimate {
-    Estimate::new(first.mean - second.mean, libm::hypot(first.standard_error, second.standard_error))
+    first.minus_independent(second)
 }

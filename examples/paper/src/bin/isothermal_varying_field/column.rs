@@ -60,7 +60,13 @@ impl Column {
     }
 
     /// Runs a stage and looks at the column all the while.
-    fn run(&self, start: impl Start, stage: &Stage, seed: u64, watch: &Watch<'_>) -> Result<Run, Failure> {
+    fn run(
+        &self,
+        start: impl Start + 'static,
+        stage: &Stage,
+        seed: u64,
+        watch: &Watch<'_>,
+    ) -> Result<Run, Failure> {
         let started = cpu_seconds();
         let mut simulation =
             Simulation::builder(self.scene()?).start(start).moves(stage.moves).seed(seed).build()?;
@@ -98,7 +104,7 @@ impl Column {
         let slab = *scene.slab();
         let mut simulation = Simulation::builder(scene)
             .start(Positions(positions.to_vec()))
-            .moves(Protocol::local_moves(self.rate, &slab)?)
+            .moves(Protocol::local_moves(self.rate)?)
             .seed(seed)
             .build()?;
         let profile = DisplacementProfile::new(&slab, Bins::count(100).from(0.5).to(100.5))?;

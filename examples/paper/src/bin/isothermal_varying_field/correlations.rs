@@ -94,7 +94,7 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
     verdicts.between(
         "11 left",
         "second peak of g(r) over the first (hexagonal: 1.732)",
-        Estimate::new(second / first, 0.0),
+        Estimate::exact(second / first),
         1.68,
         1.78,
     );
@@ -110,7 +110,7 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
                 .fold((0.0, 0), |(sum, count), point| (sum + point.angular_distribution.mean, count + 1));
             sum / f64::from(count)
         };
-        let ratio = Estimate::new(mean(0.0) / mean(30.0), 0.0);
+        let ratio = Estimate::exact(mean(0.0) / mean(30.0));
         let claim = format!("x = {height:.1}: g(θ) at multiples of 60 degrees over g between them");
         // The last is in the fluid.
         if index + 1 < crystal.angles.len() {

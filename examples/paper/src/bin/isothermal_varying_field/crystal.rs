@@ -106,7 +106,7 @@ fn watch_growth(
     let slab = base.slab()?;
     let mut rate = protocol.growth.rate(0.0);
     let column = Column { rate, base };
-    let moves = protocol.growth.moves(&slab)?;
+    let moves = protocol.growth.moves()?;
     let mut simulation = Simulation::builder(column.scene()?)
         .start(RandomInsertion::default())
         .moves(moves)
@@ -245,10 +245,7 @@ impl Crystal {
             .iter()
             .map(|point| {
                 let pressure = point.pressure;
-                let scaled = Estimate::new(
-                    pressure.mean / point.temperature,
-                    pressure.standard_error / point.temperature,
-                );
+                let scaled = pressure / point.temperature;
                 Crossing::new(point.height, scaled)
             })
             .collect();

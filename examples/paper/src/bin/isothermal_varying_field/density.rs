@@ -131,7 +131,7 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
         let means = fluid.profile.jackknife(|states| mean_densities(states, &dense))?;
         let off = means.iter().zip(&dense).map(|(mean, &range)| {
             let expected = mean_between(&|height| fluid.theory.number_density(height), range);
-            Estimate::new(100.0 * (mean.mean / expected - 1.0), 100.0 * mean.standard_error / expected)
+            100.0 * (*mean / expected - 1.0)
         });
         let bulk = farthest_from_zero(off);
         let claim = format!(
@@ -147,14 +147,14 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
         let tail = [[first[0], last[1]]];
         let mean = fluid.profile.jackknife(|states| mean_densities(states, &tail))?[0];
         let expected = mean_between(&ideal, tail[0]);
-        let off = Estimate::new(100.0 * (mean.mean / expected - 1.0), 100.0 * mean.standard_error / expected);
+        let off = 100.0 * (mean / expected - 1.0);
         let claim = format!(
             "{}: deviation of n from the ideal gas of the activity of theory, 0.0005 < n < 0.004, {off} %, in errors",
             fluid.label()
         );
-        verdicts.between("8b", &claim, Estimate::new(off.deviation_from(0.0), 0.0), -4.0, 4.0);
+        verdicts.between("8b", &claim, Estimate::exact(off.deviation_from(0.0)), -4.0, 4.0);
         let claim = format!("{}: its error, in %", fluid.label());
-        verdicts.at_most("8b", &claim, Estimate::new(off.standard_error, 0.0), 15.0);
+        verdicts.at_most("8b", &claim, Estimate::exact(off.standard_error), 15.0);
     }
     Ok(())
 }

@@ -149,14 +149,14 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
     for fluid in &results.fluids {
         let ranges = wide_ranges(fluid);
         let off = fluid.profile.deviations_over(&ranges, &ModifiedKolafa)?;
-        let percent = off.iter().map(|off| Estimate::new(100.0 * off.mean, 100.0 * off.standard_error));
+        let percent = off.iter().map(|off| 100.0 * *off);
         let off = farthest_from_zero(percent.clone());
         let claim =
             format!("{}: largest P/(nTZ) − 1 over 4 d, x > 8, n > 0.1, modified Kolafa, in %", fluid.label());
         verdicts.between("13", &claim, off, -2.0, 2.0);
         let error = largest(percent.map(|off| off.standard_error));
         let claim = format!("{}: largest error of these, in %", fluid.label());
-        verdicts.at_most("13", &claim, Estimate::new(error, 0.0), 1.0);
+        verdicts.at_most("13", &claim, Estimate::exact(error), 1.0);
     }
     Ok(())
 }

@@ -142,7 +142,7 @@ pub(crate) fn table(results: &Results) -> Result<Table, Failure> {
     row("spheres in a layer, mean", &|crystal| {
         let lateral = mean_lateral_density(&crystal.crystalline_layers()?);
         let area = crystal.base.0[0] * crystal.base.0[1];
-        Ok(Estimate::new(area * lateral.mean, area * lateral.standard_error).to_string())
+        Ok((area * lateral).to_string())
     })?;
     row("  of the lattice with a = 1.08 that fits best", &|crystal| {
         let fit = best_fit(crystal.base, REFERENCE_CONSTANT).ok_or("no lattice fits")?;
@@ -196,9 +196,7 @@ fn composition(crystal: &Crystal) -> Result<[Estimate; 3], Failure> {
 pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Failure> {
     let crystal = results.shown()?;
     let fronts = crystal.fronts()?;
-    let difference = |first: Estimate, second: Estimate| {
-        Estimate::new(first.mean - second.mean, first.standard_error.hypot(second.standard_error))
-    };
+    let difference = |first: Estimate, second: Estimate| first.minus_independent(second);
     let off = difference(fronts.layers, fronts.bonds);
     verdicts.between("crystal", "front by layers minus front by bonds, in d", off, -1.5, 1.5);
     // Hydrostatics knows nothing of a crystal that is strained sideways; the weight that lies on the front does.
@@ -207,7 +205,7 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
     verdicts.between("crystal", claim, off, -1.5, 1.5);
     let [_, _, neither] = composition(crystal)?;
     let claim = "share of spheres between 2 d and front − 2 d with the surroundings of a crystal";
-    verdicts.at_least("crystal", claim, Estimate::new(1.0 - neither.mean, neither.standard_error), 0.8);
+    verdicts.at_least("crystal", claim, 1.0 - neither, 0.8);
     Ok(())
 }
 

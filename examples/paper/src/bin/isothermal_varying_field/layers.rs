@@ -139,7 +139,7 @@ fn write_layers(results: &Results, report: &mut Report) -> Result<(), Failure> {
 pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Failure> {
     let crystal = results.shown()?;
     let layers = crystal.crystalline_layers()?;
-    let count = Estimate::new(layers.len() as f64, 0.0);
+    let count = Estimate::exact(layers.len() as f64);
     verdicts.at_least("9", "crystalline layers, the paper's figure has about 20 clear ones", count, 20.0);
     let spacing = mean_spacing(&layers);
     // The paper gives two digits.

@@ -80,7 +80,7 @@ fn perform(task: Task, protocol: &Protocol, watch: &Watch<'_>) -> Result<Outcome
             Ok(Outcome::Crystal(Box::new(crystal::grow(base, protocol, seed, watch)?)))
         }
         Task::Relaxation(column, seed) => {
-            let stage = protocol.relaxation(column.rate, &column.base.slab()?)?;
+            let stage = protocol.relaxation(column.rate)?;
             Ok(Outcome::Relaxation(column.rate, column.settle(&stage, seed, watch)?))
         }
         Task::SteadyState(column, seed) => {
@@ -94,7 +94,7 @@ fn perform(task: Task, protocol: &Protocol, watch: &Watch<'_>) -> Result<Outcome
 fn size(task: Task, protocol: &Protocol) -> Result<u64, Failure> {
     Ok(match task {
         Task::Crystal(..) => crystal::sweeps(protocol),
-        Task::Relaxation(column, _) => protocol.relaxation(column.rate, &column.base.slab()?)?.sweeps(),
+        Task::Relaxation(column, _) => protocol.relaxation(column.rate)?.sweeps(),
         Task::SteadyState(column, _) => protocol.steady_state(column.rate).sweeps(),
     })
 }

@@ -111,7 +111,7 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
     verdicts.between(
         "10",
         "lateral distance of the second layer's spheres from the lowest's, over that of a hollow (on top: 0)",
-        Estimate::new(mean / (constant / 3.0_f64.sqrt()), 0.0),
+        Estimate::exact(mean / (constant / 3.0_f64.sqrt())),
         0.85,
         1.1,
     );

@@ -84,9 +84,9 @@ impl Growth {
         }
     }
 
-    pub(crate) fn moves(self, slab: &Slab) -> Result<Moves, Failure> {
+    pub(crate) fn moves(self) -> Result<Moves, Failure> {
         match self {
-            Self::Settling => Protocol::local_moves(Protocol::CRYSTAL_RATE, slab),
+            Self::Settling => Protocol::local_moves(Protocol::CRYSTAL_RATE),
             Self::Chains | Self::Rising => Protocol::crystal_moves(),
         }
     }
@@ -222,13 +222,13 @@ impl Protocol {
     }
 
     /// The paper's moves in a field of this rate.
-    pub(crate) fn local_moves(rate: f64, slab: &Slab) -> Result<Moves, Failure> {
-        Ok(LocalMoves::new(Self::maximum_displacement(rate), slab)?.into())
+    pub(crate) fn local_moves(rate: f64) -> Result<Moves, Failure> {
+        Ok(LocalMoves::new(Self::maximum_displacement(rate))?.into())
     }
 
     /// From the uniform start to the steady state by the paper's moves.
-    pub(crate) fn relaxation(&self, rate: f64, slab: &Slab) -> Result<Stage, Failure> {
-        let moves = Self::local_moves(rate, slab)?;
+    pub(crate) fn relaxation(&self, rate: f64) -> Result<Stage, Failure> {
+        let moves = Self::local_moves(rate)?;
         Ok(if self.paper {
             Stage { moves, equilibration: 500_000, intervals: vec![100_000; 5], interval: 20 }
         } else {
@@ -248,7 +248,7 @@ impl Protocol {
     }
 
     fn stage(&self, moves: Moves, sweeps: [u64; 2], interval: u64) -> Stage {
-        let [equilibration, measured] = sweeps.map(|sweeps| if self.short { sweeps / 10 } else { sweeps });
+        let [equilibration, measured] = sweeps.map(|sweeps| if self.short { sweeps / 5 } else { sweeps });
         Stage { moves, equilibration, intervals: vec![measured], interval }
     }
 

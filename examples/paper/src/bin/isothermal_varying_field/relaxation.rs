@@ -115,14 +115,14 @@ fn write(results: &Results, report: &mut Report) -> Result<(), Failure> {
 pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) {
     for fluid in &results.fluids {
         let theory = fluid.theory.center_of_mass();
-        let off = Estimate::new(fluid.plateau.mean - theory, fluid.plateau.standard_error);
+        let off = fluid.plateau - theory;
         // The theory shifts the whole column by what the layers at the wall hold; between the layers and the curvature of the
         // field it is as good as some hundredths of a diameter.
         let claim = format!("{}: h_c at rest minus theory ({theory:.3}), in d", fluid.label());
         verdicts.between("7 inset", &claim, off, -0.1, 0.1);
         let largest = 0.05;
         let claim = format!("{}: error of h_c at rest, in d", fluid.label());
-        verdicts.at_most("7 inset", &claim, Estimate::new(fluid.plateau.standard_error, 0.0), largest);
+        verdicts.at_most("7 inset", &claim, Estimate::exact(fluid.plateau.standard_error), largest);
         let heights = fluid.relaxation.center_of_mass.heights();
         let end = &heights[heights.len() * 9 / 10..];
         let mean = end.iter().sum::<f64>() / end.len().max(1) as f64;
@@ -131,14 +131,14 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) {
         let left = 100.0 * (mean - fluid.plateau.mean) / (start - fluid.plateau.mean);
         let claim =
             format!("{}: what is left of the fall at the end of the paper's relaxation, in %", fluid.label());
-        verdicts.between("7", &claim, Estimate::new(left, 0.0), -1.0, 1.0);
+        verdicts.between("7", &claim, Estimate::exact(left), -1.0, 1.0);
     }
     let steps = results.fluids.windows(2).map(|pair| pair[1].plateau.mean - pair[0].plateau.mean);
     let largest = largest(steps);
     verdicts.at_most(
         "7 inset",
         "largest change of h_c from one α to the next, in d",
-        Estimate::new(largest, 0.0),
+        Estimate::exact(largest),
         -1.0,
     );
 }

@@ -113,7 +113,7 @@ impl Run<'_> {
         let warnings = simulation.warnings();
         // The paper's moves, from here on, for the mobility, in the theory's field, which is within a fifth of a per cent of
         // the one that was measured.
-        let moves = LocalMoves::new(MAXIMUM_DISPLACEMENT, &self.column.slab)?;
+        let moves = LocalMoves::new(MAXIMUM_DISPLACEMENT)?;
         let mut slow = Simulation::builder(self.column.scene()?)
             .scheme(EquationOfStateClosure::default())
             .moves(moves)
@@ -134,7 +134,7 @@ impl Run<'_> {
     }
 
     fn papers(&self, watch: &Watch<'_>) -> Result<Measured, Failure> {
-        let moves = LocalMoves::new(MAXIMUM_DISPLACEMENT, &self.column.slab)?;
+        let moves = LocalMoves::new(MAXIMUM_DISPLACEMENT)?;
         let mut simulation = Simulation::builder(self.column.scene()?)
             .scheme(Instantaneous::default())
             .moves(moves)

@@ -74,7 +74,7 @@ fn setups(full: bool, session: &Session) -> Vec<Setup> {
     let mut add = |scheme, moves, area, bin, side, part: u64| {
         let setup = setup(scheme, moves, area, bin, side, session.seed(setups.len() as u64));
         setups.push(if session.short {
-            Setup { approach: [20, 50], equilibration: 50, sweeps: 100, ..setup }
+            Setup { area: setup.area / 4.0, approach: [20, 50], equilibration: 50, sweeps: 400, ..setup }
         } else {
             Setup { equilibration: setup.equilibration / part.min(2), sweeps: setup.sweeps / part, ..setup }
         });
@@ -265,7 +265,7 @@ fn verdicts(
         let pairs = outcome.bands[1][..7].iter().zip(&outcome.bands[0][..7]);
         let widest = largest(pairs.map(|(fine, coarse)| (fine.deviation.mean - coarse.deviation.mean).abs()));
         let claim = format!("halving the measuring bins changes nothing in {setup}");
-        verdicts.at_most(FIGURE, &claim, Estimate::new(widest, 0.0), 0.005);
+        verdicts.at_most(FIGURE, &claim, Estimate::exact(widest), 0.005);
     }
     // Where bins are hardly ever occupied, what an empty one counts as decides, and the formula is rough.
     for (scan, deviation) in scans.iter().filter(|(scan, _)| scan.bin >= Scan::NARROWEST_JUDGED) {
@@ -283,7 +283,7 @@ fn verdicts(
         let off = |band: &run::Band| band.deviation.deviation_from(0.0).abs();
         let farthest = largest(outcome.bands[0].iter().map(off));
         let claim = format!("no bias in {setup}: the band farthest from zero, in standard errors");
-        verdicts.at_most(FIGURE, &claim, Estimate::new(farthest, 0.0), 4.0);
+        verdicts.at_most(FIGURE, &claim, Estimate::exact(farthest), 4.0);
     }
     Ok(verdicts)
 }

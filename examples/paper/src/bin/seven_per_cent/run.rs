@@ -1,8 +1,8 @@
 //! One run of the column at T₀ = 20, β = 0.05: what P/(nTZ) − 1 it has at each height.
 
 use gradient_mc::drive::{
-    Adaptation, AveragedThenFrozen, Certificate, EquationOfStateClosure, Instantaneous, MappedDrive,
-    RunningAverage, Scheme, SelfConsistent,
+    AveragedThenFrozen, Certificate, EquationOfStateClosure, Instantaneous, RunningAverage, Scheme,
+    SelfConsistent,
 };
 use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::field::UniformField;
@@ -128,47 +128,39 @@ impl Setup {
 
     pub(crate) fn run(&self, watch: &Watch<'_>) -> Result<Outcome, Failure> {
         match self.scheme {
-            SchemeChoice::Instantaneous => self.run_with(Instantaneous::new(self.acceptance_bin), watch),
-            SchemeChoice::RunningAverage => self.run_with(RunningAverage::new(self.acceptance_bin), watch),
+            SchemeChoice::Instantaneous => {
+                // Chains on purpose: what the steady state owes to the moves is part of the study.
+                self.run_with(Instantaneous::new(self.acceptance_bin)?.any_moves(), watch)
+            }
+            SchemeChoice::RunningAverage => self.run_with(RunningAverage::new(self.acceptance_bin)?, watch),
             SchemeChoice::AveragedThenFrozen => {
-                self.run_with(AveragedThenFrozen::new(self.acceptance_bin), watch)
+                self.run_with(AveragedThenFrozen::new(self.acceptance_bin)?, watch)
             }
             SchemeChoice::Closure => {
-                let scheme = EquationOfStateClosure::default().bin_width(self.acceptance_bin);
+                let scheme = EquationOfStateClosure::default().bin_width(self.acceptance_bin)?;
                 self.run_with(scheme, watch)
             }
             SchemeChoice::SelfConsistent => {
-                let scheme = SelfConsistent::default().bin_width(self.acceptance_bin);
+                let scheme = SelfConsistent::default().bin_width(self.acceptance_bin)?;
                 self.run_with(scheme, watch)
             }
         }
     }
 
-    fn run_with<A: Adaptation, S>(&self, scheme: S, watch: &Watch<'_>) -> Result<Outcome, Failure>
+    fn run_with<S>(&self, scheme: S, watch: &Watch<'_>) -> Result<Outcome, Failure>
     where
-        S: Scheme<UniformField, ExponentialTemperature, Drive = MappedDrive<A>> + Copy,
+        S: Scheme<UniformField, ExponentialTemperature> + Copy,
     {
-        match self.side {
-            Side::Above => self.run_from(scheme, RandomInsertion::new(0.25), watch),
-            Side::Below => self.run_from(scheme, ClosePacked, watch),
-        }
-    }
-
-    fn run_from<A: Adaptation, S>(
-        &self,
-        scheme: S,
-        start: impl Start,
-        watch: &Watch<'_>,
-    ) -> Result<Outcome, Failure>
-    where
-        S: Scheme<UniformField, ExponentialTemperature, Drive = MappedDrive<A>> + Copy,
-    {
+        let start: Box<dyn Start> = match self.side {
+            Side::Above => Box::new(RandomInsertion::new(0.25)?),
+            Side::Below => Box::new(ClosePacked),
+        };
         let slab = self.slab()?;
         let temperature = ExponentialTemperature::new(COLUMN.temperature, COLUMN.decay_rate)?;
         let scene = Scene::new(slab, self.particles(), UniformField::default(), temperature)?;
         let moves: Moves = match self.moves {
             MovesChoice::Chains => EventChains::default().into(),
-            MovesChoice::Local(size) => LocalMoves::new(size, &slab)?.into(),
+            MovesChoice::Local(size) => LocalMoves::new(size)?.into(),
         };
         // Far from the steady state only chains get on: they bring the column near it, in the theory's field.
         let builder = Simulation::builder(scene).scheme(EquationOfStateClosure::default());

@@ -72,8 +72,8 @@ impl Scan {
         let slab = Slab::new(COLUMN.height, WIDTH, WIDTH)?;
         let temperature = ExponentialTemperature::new(COLUMN.temperature, COLUMN.decay_rate)?;
         let scene = Scene::new(slab, Self::particles(), UniformField::default(), temperature)?;
-        let moves = LocalMoves::new(self.maximum_displacement, &slab)?;
-        let builder = Simulation::builder(scene).scheme(Instantaneous::new(self.bin)).moves(moves);
+        let moves = LocalMoves::new(self.maximum_displacement)?;
+        let builder = Simulation::builder(scene).scheme(Instantaneous::new(self.bin)?).moves(moves);
         let mut simulation = builder.seed(self.seed).build()?;
         simulation.equilibrate(self.sweeps / 5, &mut ())?;
         let profile = EquationOfStateProfile::new(&slab, Bins::count(200).from(0.5).to(20.5))?;

@@ -4,8 +4,8 @@ use crate::method::{Method, Moves, Scheme, Start};
 use crate::profile::{COLUMN_DENSITY, ColumnObserver, HEIGHT, Profile};
 use crate::system::System;
 use gradient_mc::drive::{
-    self, Adaptation, AveragedThenFrozen, ClosedForm, Drive, EquationOfStateClosure, Instantaneous,
-    IsothermalDrive, MappedDrive, RunningAverage, SelfConsistent,
+    self, Automatic, AveragedThenFrozen, EquationOfStateClosure, Instantaneous, RunningAverage,
+    SelfConsistent,
 };
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves};
@@ -34,11 +34,11 @@ pub(crate) trait Column: Send {
     fn measure(&self, sweeps: u64) -> Result<Stretch, Failure>;
 }
 
-impl<F, T, D> Column for Simulation<F, T, D>
+impl<F, T, S> Column for Simulation<F, T, S>
 where
-    F: Field + Clone + Send,
-    T: TemperatureProfile + Clone + Send,
-    D: Drive<F, T> + LidPressure + Clone + Send,
+    F: Field + Clone,
+    T: TemperatureProfile + Clone,
+    S: drive::Scheme<F, T, Drive: Clone, Adaptation: Clone>,
 {
     fn equilibrate(&mut self, sweeps: u64) -> Result<f64, Failure> {
         let start = cpu_seconds();
@@ -54,27 +54,10 @@ where
         let mut observer = Every::new(interval, ColumnObserver::new()?);
         production.run(sweeps, &mut observer)?;
         let scene = production.scene();
-        let lid_pressure = production.drive().assumed_lid_pressure();
+        let lid_pressure = production.lid_pressure();
         let profile = observer.observer.profile(scene.slab().base_area(), scene.particles(), lid_pressure)?;
         let seconds = cpu_seconds() - start;
         Ok(Stretch { profile, seconds })
-    }
-}
-
-/// The pressure on the lid that belongs to a drive: what weights are counted from.
-pub(crate) trait LidPressure {
-    fn assumed_lid_pressure(&self) -> f64;
-}
-
-impl LidPressure for IsothermalDrive {
-    fn assumed_lid_pressure(&self) -> f64 {
-        0.0
-    }
-}
-
-impl<A: Adaptation> LidPressure for MappedDrive<A> {
-    fn assumed_lid_pressure(&self) -> f64 {
-        self.lid_pressure()
     }
 }
 
@@ -94,12 +77,12 @@ pub(crate) fn build(system: System, method: Method, seed: u64) -> Result<(Box<dy
         System::Isothermal => {
             let temperature = Isothermal::new(system.base_temperature())?;
             let scene = Scene::new(slab, particles, UniformField::default(), temperature)?;
-            with_moves(scene, ClosedForm, method, seed)?
+            with_moves(scene, Automatic, method, seed)?
         }
         System::VaryingField => {
             let temperature = Isothermal::new(system.base_temperature())?;
             let scene = Scene::new(slab, particles, system.field()?, temperature)?;
-            with_moves(scene, ClosedForm, method, seed)?
+            with_moves(scene, Automatic, method, seed)?
         }
         System::VaryingTemperature => {
             let scene = Scene::new(slab, particles, UniformField::default(), system.temperature()?)?;
@@ -122,22 +105,22 @@ fn with_moves<F, T, S>(
     seed: u64,
 ) -> Result<Box<dyn Column>, Failure>
 where
-    F: Field + Clone + Send + 'static,
-    T: TemperatureProfile + Clone + Send + 'static,
-    S: drive::Scheme<F, T>,
-    S::Drive: LidPressure + Clone + Send + 'static,
+    F: Field + Clone + 'static,
+    T: TemperatureProfile + Clone + 'static,
+    S: drive::Scheme<F, T, Drive: Clone, Adaptation: Clone> + 'static,
 {
     let moves = match method.moves {
-        Moves::Paper => LocalMoves::new(DISPLACEMENT, scene.slab())?.into(),
+        Moves::Paper => LocalMoves::new(DISPLACEMENT)?.into(),
         Moves::Tuned => LocalMoves::tuned().into(),
         Moves::ChainsAndTuned => EventChains::default().local_moves(Some(LocalMoves::tuned())).into(),
         Moves::ChainsAlone => EventChains::default().local_moves(None).into(),
     };
     let moves: gradient_mc::moves::Moves = moves;
-    let builder = Simulation::builder(scene).scheme(scheme).moves(moves).seed(seed);
-    Ok(match method.start {
-        Start::Uniform => Box::new(builder.start(start::RandomInsertion::default()).build()?),
-        Start::ClosePacked => Box::new(builder.start(start::ClosePacked).build()?),
-        Start::Theory => Box::new(builder.start(start::Theory).build()?),
-    })
+    let start: Box<dyn start::Start> = match method.start {
+        Start::Uniform => Box::new(start::RandomInsertion::default()),
+        Start::ClosePacked => Box::new(start::ClosePacked),
+        Start::Theory => Box::new(start::Theory),
+    };
+    let builder = Simulation::builder(scene).scheme(scheme).start(start);
+    Ok(Box::new(builder.moves(moves).seed(seed).build()?))
 }

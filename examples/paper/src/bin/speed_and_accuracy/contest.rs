@@ -2,7 +2,7 @@
 
 use crate::gradient::{Gradient, Yield};
 use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
-use gradient_mc::statistics::Estimate;
+use gradient_mc::statistics::{Estimate, mean_of_replicas};
 use paper::accuracy::root_mean_square;
 use paper::clock::cpu_seconds;
 use paper::homogeneous::{Homogeneous, Technique, finite_size};
@@ -108,8 +108,7 @@ fn follow(technique: Technique, eta: f64, seed: u64, patience: f64) -> Result<Ve
         let measured = production.measure(sweeps)?;
         let measurement = cpu_seconds() - start;
         // Z of infinitely many spheres.
-        let factor =
-            Estimate::new(measured.mean + finite_size(production.particles(), eta), measured.standard_error);
+        let factor = measured + finite_size(production.particles(), eta);
         singles.push(Single { factor, seconds: [equilibration, measurement] });
         if 2.0 * (equilibration + measurement) > patience {
             return Ok(singles);
@@ -244,11 +243,9 @@ impl Contest {
         let of = |replicas: &[Vec<Yield>]| {
             let last = replicas.iter().filter_map(|yields| yields.last());
             let all: Vec<Vec<f64>> = last.map(|own| own.deviations(&grid, Task::NINE.spacing())).collect();
-            let count = all.len() as f64;
             let estimates = grid.iter().enumerate().map(|(index, &eta)| {
-                let mean = all.iter().map(|own| own[index]).sum::<f64>() / count;
-                let squares: f64 = all.iter().map(|own| (own[index] - mean) * (own[index] - mean)).sum();
-                (eta, Estimate::new(mean, (squares / (count * (count - 1.0))).sqrt()))
+                let deviations: Vec<f64> = all.iter().map(|own| own[index]).collect();
+                (eta, mean_of_replicas(&deviations).unwrap_or(Estimate::new(f64::NAN, f64::NAN)))
             });
             estimates.collect()
         };

@@ -52,10 +52,7 @@ impl Gradient {
             Hydrostatics::new(field, temperature, ModifiedKolafa).column_density(self.column_density())?;
         // Room for a start that is too high, and for all but nothing of the top.
         let slab = Slab::new((1.5 * theory.height_of_fraction(0.9999)).ceil(), WIDTH, WIDTH)?;
-        // Some thousands.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let particles = (self.column_density() * slab.base_area()).round() as usize;
-        Ok(Scene::new(slab, particles, field, temperature)?)
+        Ok(Scene::with_column_density(slab, self.column_density(), field, temperature)?)
     }
 
     /// Number of spheres.
@@ -70,7 +67,7 @@ impl Gradient {
         let slab = *scene.slab();
         let moves = EventChains::default().local_moves(Some(LocalMoves::tuned()));
         let mut column =
-            Simulation::builder(scene).start(RandomInsertion::new(0.4)).moves(moves).seed(seed).build()?;
+            Simulation::builder(scene).start(RandomInsertion::new(0.4)?).moves(moves).seed(seed).build()?;
         let mut equilibration = cpu_seconds() - begin;
         // Some hundreds.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]

@@ -32,14 +32,13 @@ mod verdict;
 use chart::Data;
 use contest::Contest;
 use method::Method;
-use paper::{Ending, Failure, Session, study};
+use paper::{Ending, Failure, Report, Session, study};
 use point::Quantity;
 use reference::Reference;
 use series::{Checkpoint, Task};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use system::System;
-use verdict::Verdict;
 
 /// Charts the error of every method against its time, and the gradient against homogeneous runs.
 #[derive(clap::Args, Debug)]
@@ -75,7 +74,6 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
-    let directory = &session.directory;
     if arguments.long {
         let stored = stored(session);
         reference::make(session, &stored)?;
@@ -103,12 +101,13 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
         .zip(&references)
         .map(|((system, points), reference)| Data { system, points, reference })
         .collect();
-    write(&all, &contest, arguments.target, directory)?;
+    let mut report = Report::new(session);
+    write(&all, &contest, arguments.target, &mut report)?;
     for refusal in &refusals {
         println!("no result: {}, {}: {}", refusal.name, refusal.system.title(), refusal.reason);
     }
     println!("{}", pace::table(session.seed)?);
-    conclude_from(&all, &contest, arguments.target, directory)
+    conclude_from(&all, &contest, arguments.target, report)
 }
 
 /// Where new references are stored: with the program, unless they are worth nothing.
@@ -159,18 +158,30 @@ fn simulate(arguments: &Arguments, session: &Session) -> Result<Vec<Followed>, F
 }
 
 /// Tables of numbers and pictures.
-fn write(all: &[Data<'_>], contest: &Contest, target: f64, directory: &Path) -> Result<(), Failure> {
-    report::write_points(all, &directory.join("speed_and_accuracy.csv"))?;
-    report::write_contest(contest, &directory.join("equation_of_state.csv"))?;
+fn write(all: &[Data<'_>], contest: &Contest, target: f64, report: &mut Report) -> Result<(), Failure> {
+    report::write_points(all, report)?;
+    report::write_contest(contest, report)?;
     for data in all {
-        chart::draw_system(*data, &directory.join(data.system.name()))?;
+        let name = data.system.name();
+        report.picture(
+            name,
+            &chart::system(*data),
+            "Errors of n(x) and P(x) against the CPU time that they take.",
+        )?;
         if data.system == System::VaryingTemperature {
-            chart::draw_schemes(*data, &directory.join("schemes"))?;
+            report.picture(
+                "schemes",
+                &chart::schemes(*data),
+                "The same for every scheme of the effective field.",
+            )?;
         }
     }
-    chart::draw_claims(all, &directory.join("claims"))?;
-    chart::draw_contest(contest, target, &directory.join("equation_of_state"))?;
-    chart::draw_overview(all, contest, target, &directory.join("speed_and_accuracy"))
+    let caption = "What results claim of their own errors, against these; rings: over-confident.";
+    report.picture("claims", &chart::claims(all), caption)?;
+    let caption = "The equation of state from one run in a gradient, against homogeneous runs.";
+    report.picture("equation_of_state", &chart::contest(contest, target), caption)?;
+    let caption = "The best ways to n(x), and to the equation of state.";
+    report.picture("speed_and_accuracy", &chart::overview(all, contest, target), caption)
 }
 
 /// Tables and claims on the terminal.
@@ -178,7 +189,7 @@ fn conclude_from(
     all: &[Data<'_>],
     contest: &Contest,
     target: f64,
-    directory: &Path,
+    mut report: Report,
 ) -> Result<Ending, Failure> {
     for data in all {
         println!("\n{}", report::system_table(data));
@@ -198,12 +209,6 @@ fn conclude_from(
     }
     println!("\n{}", report::contest_table(contest, target, false));
     println!("≈: not reached; as if the error fell on with the square root of time.");
-    let mut verdict = Verdict::default();
-    for data in all {
-        verdict.judge_system(data);
-    }
-    verdict.judge_contest(contest, target);
-    verdict.print();
-    println!("written to {}", directory.display());
-    Ok(if verdict.holds() { Ending::Finished } else { Ending::ClaimFailed })
+    report.verdicts = verdict::judge(all, contest, target);
+    report.finish()
 }

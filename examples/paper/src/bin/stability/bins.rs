@@ -61,7 +61,7 @@ fn share(deviations: impl ExactSizeIterator<Item = Estimate>) -> Quantity {
         deviation.mean.is_nan() || deviation.standard_error.is_nan() || deviation.mean.abs() > allowed
     });
     let share = bad.count() as f64 / count;
-    Quantity::absolute("share of wrong bins", Estimate::new(share, 0.0)).tolerating(0.03, 0.2)
+    Quantity::absolute("share of wrong bins", Estimate::exact(share)).tolerating(0.03, 0.2)
 }
 
 fn density(width: f64, trial: Trial) -> Result<Findings, Failure> {
@@ -72,10 +72,7 @@ fn density(width: f64, trial: Trial) -> Result<Findings, Failure> {
     let points = profile.points()?;
     let deviations = points.iter().map(|point| {
         let expected = theory.number_density(point.height);
-        Estimate::new(
-            point.number_density.mean / expected - 1.0,
-            point.number_density.standard_error / expected,
-        )
+        point.number_density / expected - 1.0
     });
     Ok(Findings { quantities: vec![share(deviations)], said, ..Findings::default() })
 }

@@ -3,12 +3,10 @@
 use crate::map::{Findings, Trial};
 use crate::said;
 use crate::verdict::Quantity;
-use gradient_mc::drive::Drive;
+use gradient_mc::drive::Scheme;
 use gradient_mc::equation_of_state::{FluidSolid, ModifiedKolafa};
 use gradient_mc::observers::{Bins, CenterOfMass, DensityProfile, EquationOfStateProfile};
-use gradient_mc::{
-    Error, Every, Field, HydrostaticProfile, Hydrostatics, Scene, Simulation, Slab, TemperatureProfile,
-};
+use gradient_mc::{Error, Every, Field, HydrostaticProfile, Scene, Simulation, Slab, TemperatureProfile};
 use paper::least_squares::least_squares;
 
 /// How long a run is.
@@ -38,8 +36,7 @@ pub(crate) fn scene<F: Field, T: TemperatureProfile>(
 pub(crate) fn theory<F: Field, T: TemperatureProfile>(
     scene: &Scene<F, T>,
 ) -> Result<HydrostaticProfile, Error> {
-    Hydrostatics::new(scene.field(), scene.temperature(), FluidSolid::default())
-        .between_walls(scene.slab(), scene.column_density())
+    scene.hydrostatics(&FluidSolid::default())
 }
 
 /// A run and what it measured.
@@ -56,8 +53,8 @@ pub(crate) struct Run {
 const CONTACT_BINS: usize = 10;
 
 /// Equilibrates and measures.
-pub(crate) fn run<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
-    mut simulation: Simulation<F, T, D>,
+pub(crate) fn run<F: Field, T: TemperatureProfile, S: Scheme<F, T>>(
+    mut simulation: Simulation<F, T, S>,
     length: Length,
     trial: Trial,
 ) -> Result<Run, Error> {
@@ -93,8 +90,7 @@ impl Run {
         quantity.truth_error = uncertainty / truth;
         quantity.start = Some(self.first_center / truth - 1.0);
         let drift = self.center_of_mass.drift()?;
-        quantity.drift =
-            Some(gradient_mc::statistics::Estimate::new(drift.mean / truth, drift.standard_error / truth));
+        quantity.drift = Some(drift / truth);
         Ok(quantity)
     }
 

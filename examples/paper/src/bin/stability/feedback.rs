@@ -3,8 +3,7 @@
 use crate::column::{self, Length, run, theory};
 use crate::map::{Findings, Map, Trial};
 use gradient_mc::drive::{
-    Adaptation, AveragedThenFrozen, EquationOfStateClosure, Instantaneous, MappedDrive, RunningAverage,
-    Scheme, SelfConsistent,
+    AveragedThenFrozen, EquationOfStateClosure, Instantaneous, RunningAverage, Scheme, SelfConsistent,
 };
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
@@ -35,11 +34,8 @@ struct Setup<S, P> {
     range: [f64; 2],
 }
 
-impl<S, P: Start> Setup<S, P> {
-    fn run<A: Adaptation>(self, scene: Gradient, trial: Trial) -> Result<Findings, Failure>
-    where
-        S: Scheme<UniformField, ExponentialTemperature, Drive = MappedDrive<A>>,
-    {
+impl<S: Scheme<UniformField, ExponentialTemperature>, P: Start + 'static> Setup<S, P> {
+    fn run(self, scene: Gradient, trial: Trial) -> Result<Findings, Failure> {
         let builder = Simulation::builder(scene).scheme(self.scheme).start(self.start).moves(self.moves);
         let run = run(builder.seed(trial.seed).build()?, self.length, trial)?;
         let center = run.center_of_mass(theory(&scene)?.center_of_mass(), 0.05)?.tolerating(0.01, 0.01);
@@ -60,14 +56,14 @@ pub(crate) fn bins() -> Map {
     for bin in BINS {
         map.add("instantaneous", bin, move |trial| {
             let scene = low(6.0, 7.0)?;
-            let moves = LocalMoves::new(0.75, scene.slab())?.into();
-            Setup { moves, ..setup(Instantaneous::new(bin)) }.run(scene, trial)
+            let moves = LocalMoves::new(0.75)?.into();
+            Setup { moves, ..setup(Instantaneous::new(bin)?) }.run(scene, trial)
         });
         map.add("self-consistent", bin, move |trial| {
-            setup(SelfConsistent::default().bin_width(bin)).run(low(6.0, 7.0)?, trial)
+            setup(SelfConsistent::default().bin_width(bin)?).run(low(6.0, 7.0)?, trial)
         });
         map.add("closure", bin, move |trial| {
-            setup(EquationOfStateClosure::default().bin_width(bin)).run(low(6.0, 7.0)?, trial)
+            setup(EquationOfStateClosure::default().bin_width(bin)?).run(low(6.0, 7.0)?, trial)
         });
     }
     map
@@ -76,10 +72,10 @@ pub(crate) fn bins() -> Map {
 /// Equilibration before the field is frozen, from far above.
 pub(crate) fn patience() -> Map {
     const SWEEPS: [u32; 6] = [0, 30, 100, 300, 1000, 3000];
-    fn setup<S>(scheme: S, sweeps: u32) -> Setup<S, RandomInsertion> {
+    fn setup<S>(scheme: S, sweeps: u32) -> Result<Setup<S, RandomInsertion>, gradient_mc::Error> {
         let length = Length { equilibration: sweeps.into(), sweeps: 1500 };
-        let (start, moves) = (RandomInsertion::new(0.25), EventChains::default().into());
-        Setup { scheme, start, moves, length, range: [8.0, 40.0] }
+        let (start, moves) = (RandomInsertion::new(0.25)?, EventChains::default().into());
+        Ok(Setup { scheme, start, moves, length, range: [8.0, 40.0] })
     }
     let mut map = Map::new(
         "feedback_equilibration",
@@ -89,16 +85,16 @@ pub(crate) fn patience() -> Map {
     for sweeps in SWEEPS {
         let place = f64::from(sweeps);
         map.add("self-consistent", place, move |trial| {
-            setup(SelfConsistent::default(), sweeps).run(paper()?, trial)
+            setup(SelfConsistent::default(), sweeps)?.run(paper()?, trial)
         });
         map.add("averaged, then frozen", place, move |trial| {
-            setup(AveragedThenFrozen::default(), sweeps).run(paper()?, trial)
+            setup(AveragedThenFrozen::default(), sweeps)?.run(paper()?, trial)
         });
         map.add("running average", place, move |trial| {
-            setup(RunningAverage::default(), sweeps).run(paper()?, trial)
+            setup(RunningAverage::default(), sweeps)?.run(paper()?, trial)
         });
         map.add("instantaneous", place, move |trial| {
-            setup(Instantaneous::default(), sweeps).run(paper()?, trial)
+            setup(Instantaneous::default().any_moves(), sweeps)?.run(paper()?, trial)
         });
     }
     map
@@ -117,20 +113,20 @@ pub(crate) fn few() -> Map {
         });
         map.add("instantaneous", place, move |trial| few_spheres(Instantaneous::default(), spheres, trial));
         map.add("instantaneous, bins 2 d", place, move |trial| {
-            few_spheres(Instantaneous::new(2.0), spheres, trial)
+            few_spheres(Instantaneous::new(2.0)?, spheres, trial)
         });
     }
     map
 }
 
-fn few_spheres<A: Adaptation, S>(scheme: S, spheres: u32, trial: Trial) -> Result<Findings, Failure>
+fn few_spheres<S>(scheme: S, spheres: u32, trial: Trial) -> Result<Findings, Failure>
 where
-    S: Scheme<UniformField, ExponentialTemperature, Drive = MappedDrive<A>>,
+    S: Scheme<UniformField, ExponentialTemperature>,
 {
     let scene = low(f64::from(spheres) / 16.0, 4.0)?;
     let sweeps = u64::from(3_000_000 / (spheres + 10));
     let length = Length { equilibration: sweeps / 2, sweeps };
-    let moves = LocalMoves::mixture(&[0.75, 2.0], scene.slab())?;
+    let moves = LocalMoves::mixture(&[0.75, 2.0])?;
     let simulation = Simulation::builder(scene).scheme(scheme).moves(moves).seed(trial.seed).build()?;
     let run = run(simulation, length, trial)?;
     // Among few spheres none excludes volume to itself: n of the theory is right to (N − 1)/N of what Z − 1 does.

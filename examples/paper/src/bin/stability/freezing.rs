@@ -16,7 +16,7 @@ const WIDTH: f64 = 5.0;
 fn isothermal(
     field: impl Field + Copy,
     temperature: f64,
-    start: impl Start,
+    start: impl Start + 'static,
     height: f64,
     trial: Trial,
 ) -> Result<Findings, Failure> {
@@ -35,7 +35,7 @@ pub(crate) fn cold() -> Map {
         Map::new("cold", "Colder columns: uniform field, freezing below T = 3.46", "temperature T / mgd");
     for temperature in TEMPERATURES {
         map.add("from above", temperature, move |trial| {
-            isothermal(UniformField::default(), temperature, RandomInsertion::new(0.3), 250.0, trial)
+            isothermal(UniformField::default(), temperature, RandomInsertion::new(0.3)?, 250.0, trial)
         });
         map.add("from below", temperature, move |trial| {
             isothermal(UniformField::default(), temperature, ClosePacked, 250.0, trial)
@@ -54,7 +54,7 @@ pub(crate) fn fields() -> Map {
         Map::new("field_rate", "Fields that grow with height: a = exp(αx), T = 20", "rate α of the field");
     for rate in RATES {
         map.add("from above", rate, move |trial| {
-            isothermal(ExponentialField::new(rate)?, 20.0, RandomInsertion::new(0.3), 140.0, trial)
+            isothermal(ExponentialField::new(rate)?, 20.0, RandomInsertion::new(0.3)?, 140.0, trial)
         });
         map.add("from below", rate, move |trial| {
             isothermal(ExponentialField::new(rate)?, 20.0, ClosePacked, 140.0, trial)
@@ -75,13 +75,13 @@ pub(crate) fn temperatures() -> Map {
         "decay rate β of the temperature",
     );
     for rate in RATES {
-        map.add("from above", rate, move |trial| cooling(rate, RandomInsertion::new(0.3), trial));
+        map.add("from above", rate, move |trial| cooling(rate, RandomInsertion::new(0.3)?, trial));
         map.add("from below", rate, move |trial| cooling(rate, ClosePacked, trial));
     }
     map
 }
 
-fn cooling(rate: f64, start: impl Start, trial: Trial) -> Result<Findings, Failure> {
+fn cooling(rate: f64, start: impl Start + 'static, trial: Trial) -> Result<Findings, Failure> {
     let temperature = ExponentialTemperature::new(20.0, rate)?;
     let scene = column::scene(140.0, WIDTH, COLUMN_DENSITY, UniformField::default(), temperature)?;
     let builder = Simulation::builder(scene).scheme(SelfConsistent::default()).start(start);

@@ -19,8 +19,9 @@ mod summary;
 mod theory;
 mod verdict;
 
+use gradient_mc::statistics::Estimate;
 use map::{Map, Measured};
-use paper::{Ending, Failure, Session, study};
+use paper::{Ending, Failure, Report, Session, study};
 use std::process::ExitCode;
 
 /// Drives each method across the parameter that breaks it: where it fails, how, and whether the program says so
@@ -84,7 +85,7 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
-    let directory = &session.directory;
+    let mut report = Report::new(session);
     let mut families = families();
     let names: Vec<&str> = families.iter().flat_map(|family| &family.maps).map(|map| map.name).collect();
     if let Some(only) = arguments.only.as_deref() {
@@ -105,11 +106,12 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
         rest = others;
         if !own.is_empty() {
             let own: Vec<&Measured> = own.iter().collect();
-            picture::draw(title, &own, &directory.join(name))?;
+            let caption = "What becomes of a method at each point, and whether the program says so.";
+            report.picture(name, &picture::draw(title, &own), caption)?;
         }
     }
     for map in &measured {
-        map.write(directory)?;
+        map.write(&report.directory)?;
     }
     if arguments.verbose {
         for map in &measured {
@@ -122,14 +124,12 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     }
     println!("\n{}", summary::table(&measured));
     let seconds: f64 = measured.iter().flat_map(|map| &map.points).map(|point| point.cpu_seconds).sum();
-    println!("{seconds:.0} CPU seconds; written to {}", directory.display());
+    println!("{seconds:.0} CPU seconds");
     let silent = summary::silent_failures(&measured);
-    if silent.is_empty() {
-        println!("holds: wherever a number is off by more than its error bar, the program says so");
-        return Ok(Ending::Finished);
-    }
-    for failure in silent {
+    for failure in &silent {
         println!("SILENT FAILURE: {failure}");
     }
-    Ok(Ending::ClaimFailed)
+    let claim = "points at which a number is off by more than its error bar and the program says nothing";
+    report.verdicts.at_most("stability", claim, Estimate::new(silent.len() as f64, 0.0), 0.0);
+    report.finish()
 }

@@ -14,17 +14,15 @@ const COLUMN_DENSITY: f64 = 40.0;
 const HEIGHT: f64 = 400.0;
 const WIDTH: f64 = 5.0;
 
-/// Moves that cost nothing to name before the slab is known.
 fn from_start(
     temperature: f64,
-    start: impl Start,
-    moves: impl FnOnce(&Slab) -> Result<Moves, gradient_mc::Error>,
+    start: impl Start + 'static,
+    moves: impl Into<Moves>,
     length: Length,
     trial: Trial,
 ) -> Result<Findings, Failure> {
     let scene =
         column::scene(HEIGHT, WIDTH, COLUMN_DENSITY, UniformField::default(), Isothermal::new(temperature)?)?;
-    let moves = moves(scene.slab())?;
     let run =
         run(Simulation::builder(scene).start(start).moves(moves).seed(trial.seed).build()?, length, trial)?;
     // Theory between walls is within 0.03 of long runs.
@@ -44,27 +42,20 @@ pub(crate) fn sizes() -> Map {
         let from_above = format!("T = {temperature}, from above");
         for size in SIZES {
             map.add(&from_above, size, move |trial| {
-                let moves = |slab: &Slab| Ok(LocalMoves::new(size, slab)?.into());
-                from_start(temperature, RandomInsertion::default(), moves, LENGTH, trial)
+                from_start(temperature, RandomInsertion::default(), LocalMoves::new(size)?, LENGTH, trial)
             });
         }
         map.add_labeled(&from_above, 10.0, "tuned", move |trial| {
-            from_start(
-                temperature,
-                RandomInsertion::default(),
-                |_| Ok(LocalMoves::tuned().into()),
-                LENGTH,
-                trial,
-            )
+            from_start(temperature, RandomInsertion::default(), LocalMoves::tuned(), LENGTH, trial)
         });
     }
     for size in SIZES {
         map.add("T = 5, theory start", size, move |trial| {
-            from_start(5.0, Theory, |slab| Ok(LocalMoves::new(size, slab)?.into()), LENGTH, trial)
+            from_start(5.0, Theory, LocalMoves::new(size)?, LENGTH, trial)
         });
     }
     map.add_labeled("T = 5, theory start", 10.0, "tuned", |trial| {
-        from_start(5.0, Theory, |_| Ok(LocalMoves::tuned().into()), LENGTH, trial)
+        from_start(5.0, Theory, LocalMoves::tuned(), LENGTH, trial)
     });
     map
 }
@@ -82,11 +73,11 @@ pub(crate) fn chain_lengths() -> Map {
         };
         for length in LENGTHS {
             map.add(label, length, move |trial| {
-                from_start(temperature, RandomInsertion::default(), |_| chains(Some(length)), LENGTH, trial)
+                from_start(temperature, RandomInsertion::default(), chains(Some(length))?, LENGTH, trial)
             });
         }
         map.add_labeled(label, 1e9, "tuned", move |trial| {
-            from_start(temperature, RandomInsertion::default(), |_| chains(None), LENGTH, trial)
+            from_start(temperature, RandomInsertion::default(), chains(None)?, LENGTH, trial)
         });
     };
     row("T = 20, relocate", 20.0, FieldEvent::Relocate, true);

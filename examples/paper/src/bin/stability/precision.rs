@@ -88,7 +88,7 @@ fn square(a: [f64; 3], b: [f64; 3], kept: &impl Fn(f64) -> f64) -> f64 {
 fn quantities(square: Estimate, pairs: f64) -> [Quantity; 2] {
     let expected = MAXIMUM_DISPLACEMENT * MAXIMUM_DISPLACEMENT / 3.0;
     let steps = Quantity::relative("mean square of steps", square, expected).tolerating(0.03, 0.03);
-    let pairs = Quantity::absolute("overlapping pairs", Estimate::new(pairs, 0.0)).tolerating(0.5, 0.5);
+    let pairs = Quantity::absolute("overlapping pairs", Estimate::exact(pairs)).tolerating(0.5, 0.5);
     [steps, pairs]
 }
 
@@ -180,7 +180,7 @@ fn library(height: f64, trial: Trial) -> Result<Findings, Failure> {
     let slab = Slab::new(2.0 * height, WIDTH, WIDTH)?;
     let scene = Scene::new(slab, SPHERES, Trough { height }, Isothermal::new(TEMPERATURE)?)?;
     let positions = inserted(height, |value| value, &mut Pcg64Mcg::seed_from_u64(trial.seed));
-    let moves = LocalMoves::new(MAXIMUM_DISPLACEMENT, scene.slab())?;
+    let moves = LocalMoves::new(MAXIMUM_DISPLACEMENT)?;
     let builder = Simulation::builder(scene).start(Positions(vectors(&positions))).moves(moves);
     let mut simulation = builder.seed(trial.seed).build()?;
     let mut steps = Steps::default();

@@ -23,12 +23,12 @@ const HEIGHT: f64 = 30.0;
 /// Widths over which something changes; zero is a jump.
 const WIDTHS: [f64; 7] = [3.0, 1.0, 0.3, 0.1, 0.01, 0.001, 0.0];
 
-fn local(slab: &Slab) -> Result<Moves, gradient_mc::Error> {
-    Ok(LocalMoves::mixture(&[0.5, 1.5], slab)?.into())
+fn local() -> Result<Moves, gradient_mc::Error> {
+    Ok(LocalMoves::mixture(&[0.5, 1.5])?.into())
 }
 
 #[allow(clippy::unnecessary_wraps, reason = "as the other maker")]
-fn chains(_: &Slab) -> Result<Moves, gradient_mc::Error> {
+fn chains() -> Result<Moves, gradient_mc::Error> {
     Ok(EventChains::default().into())
 }
 
@@ -101,7 +101,7 @@ pub(crate) fn fields() -> Map {
     map
 }
 
-type Maker = fn(&Slab) -> Result<Moves, gradient_mc::Error>;
+type Maker = fn() -> Result<Moves, gradient_mc::Error>;
 
 /// ∫ of the ramp.
 fn integral(height: f64, width: f64) -> f64 {
@@ -119,7 +119,7 @@ fn one_sphere(
 ) -> Result<Findings, Failure> {
     let slab = Slab::new(HEIGHT, 4.0, 4.0)?;
     let scene = Scene::new(slab, 1, field, Isothermal::new(TEMPERATURE)?)?;
-    let moves = moves(scene.slab())?;
+    let moves = moves()?;
     let mut simulation = Simulation::builder(scene).moves(moves).seed(trial.seed).build()?;
     simulation.equilibrate(trial.sweeps(10_000), &mut ())?;
     let mut above = Every::new(10, Above::default());
@@ -168,7 +168,7 @@ pub(crate) fn temperatures() -> Map {
 
 fn column_of(temperature: impl TemperatureProfile, moves: Maker, trial: Trial) -> Result<Findings, Failure> {
     let scene = column::scene(HEIGHT, 5.0, 2.0, UniformField::default(), temperature)?;
-    let moves = moves(scene.slab())?;
+    let moves = moves()?;
     let best = theory(&scene)?;
     let builder = Simulation::builder(scene).scheme(SelfConsistent::default()).moves(moves).seed(trial.seed);
     let run = run(builder.build()?, Length { equilibration: 20_000, sweeps: 30_000 }, trial)?;

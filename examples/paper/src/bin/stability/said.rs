@@ -1,6 +1,6 @@
 //! Whether the program said so: warnings and typed errors by name.
 
-use gradient_mc::drive::Drive;
+use gradient_mc::drive::Scheme;
 use gradient_mc::{Error, Field, Simulation, TemperatureProfile, Warning};
 
 /// A warning or an error.
@@ -28,8 +28,8 @@ impl Said {
 }
 
 /// What a simulation says after its run.
-pub(crate) fn by<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
-    simulation: &Simulation<F, T, D>,
+pub(crate) fn by<F: Field, T: TemperatureProfile, S: Scheme<F, T>>(
+    simulation: &Simulation<F, T, S>,
 ) -> Vec<Said> {
     Said::warnings(&simulation.warnings())
 }

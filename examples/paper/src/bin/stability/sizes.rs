@@ -21,7 +21,7 @@ pub(crate) fn starts() -> Map {
         Map::new("start", "Starts: spheres placed, in a box of the same density", "number density n d³");
     for density in DENSITIES {
         map.add("random insertion", density, move |trial| {
-            start(RandomInsertion::new(density), density, trial)
+            start(RandomInsertion::new(density)?, density, trial)
         });
         map.add("theory", density, move |trial| start(Theory, density, trial));
         map.add("compact", density, move |trial| start(ClosePacked, density, trial));
@@ -30,7 +30,7 @@ pub(crate) fn starts() -> Map {
 }
 
 /// What is asked of a start is that it places all spheres where they may be.
-fn start(start: impl Start, density: f64, trial: Trial) -> Result<Findings, Failure> {
+fn start(start: impl Start + 'static, density: f64, trial: Trial) -> Result<Findings, Failure> {
     let (height, width) = (12.0, 6.0);
     let particles = paper::study::count(density * height * width * width);
     let scene = Scene::new(
@@ -42,7 +42,7 @@ fn start(start: impl Start, density: f64, trial: Trial) -> Result<Findings, Fail
     let simulation = Simulation::builder(scene).start(start).seed(trial.seed).build()?;
     let missing =
         (particles - simulation.positions().len()) as f64 + overlaps(&simulation.positions(), width).0;
-    let quantity = Quantity::absolute("spheres missing or overlapping", Estimate::new(missing, 0.0));
+    let quantity = Quantity::absolute("spheres missing or overlapping", Estimate::exact(missing));
     Ok(Findings { quantities: vec![quantity.tolerating(0.5, 0.5)], ..Findings::default() })
 }
 
@@ -70,9 +70,9 @@ pub(crate) fn overlaps(positions: &[gradient_mc::Vector3<f64>], width: f64) -> (
 pub(crate) fn few() -> Map {
     let mut map =
         Map::new("few_spheres", "Few spheres over a base 3 x 3, T = 1: exact results", "number of spheres");
-    let moves = |name: &str, slab: &Slab| -> Result<Moves, gradient_mc::Error> {
+    let moves = |name: &str| -> Result<Moves, gradient_mc::Error> {
         Ok(match name {
-            "local, S = 0.75" => LocalMoves::new(0.75, slab)?.into(),
+            "local, S = 0.75" => LocalMoves::new(0.75)?.into(),
             "tuned" => LocalMoves::tuned().into(),
             "chains" => EventChains::default().into(),
             _ => EventChains::default().local_moves(None).into(),
@@ -88,7 +88,7 @@ pub(crate) fn few() -> Map {
                     UniformField::default(),
                     Isothermal::new(1.0)?,
                 )?;
-                let moves = moves(name, scene.slab())?;
+                let moves = moves(name)?;
                 let simulation = Simulation::builder(scene).moves(moves).seed(trial.seed).build()?;
                 let sweeps = 400_000;
                 let run = run(simulation, Length { equilibration: sweeps / 10, sweeps }, trial)?;
@@ -130,13 +130,10 @@ fn crowd(spheres: f64, chains: bool, trial: Trial) -> Result<Findings, Failure> 
     let before = memory();
     let scene =
         column::scene(200.0, (spheres / 40.0).sqrt(), 40.0, UniformField::default(), Isothermal::new(20.0)?)?;
-    let moves: Moves = if chains {
-        EventChains::default().local_moves(None).into()
-    } else {
-        LocalMoves::new(0.5, scene.slab())?.into()
-    };
+    let moves: Moves =
+        if chains { EventChains::default().local_moves(None).into() } else { LocalMoves::new(0.5)?.into() };
     let mut simulation =
-        Simulation::builder(scene).start(RandomInsertion::new(0.2)).moves(moves).seed(trial.seed).build()?;
+        Simulation::builder(scene).start(RandomInsertion::new(0.2)?).moves(moves).seed(trial.seed).build()?;
     let first = simulation.frame().heights().sum::<f64>() / scene.particles() as f64;
     simulation.equilibrate(2, &mut ())?;
     let (start, move_counts) = (cpu_seconds(), *simulation.move_counts());
@@ -149,7 +146,7 @@ fn crowd(spheres: f64, chains: bool, trial: Trial) -> Result<Findings, Failure> 
     let mut quantity = Quantity::relative("center of mass", center_of_mass.estimate()?, truth);
     quantity.start = Some(first / truth - 1.0);
     let drift = center_of_mass.drift()?;
-    quantity.drift = Some(Estimate::new(drift.mean / truth, drift.standard_error / truth));
+    quantity.drift = Some(drift / truth);
     let remark = format!(
         "{:.0} ns per move, {} bytes more per sphere",
         1e9 * seconds / (made.trials + made.events).max(1) as f64,

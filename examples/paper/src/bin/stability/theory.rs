@@ -43,12 +43,12 @@ fn compare(equation_of_state: impl EquationOfState + Clone, temperature: f64) ->
         .between_walls(&slab, 40.0)?;
     let profile = Hydrostatics::new(UniformField::default(), temperature, equation_of_state)
         .between_walls(&slab, 40.0)?;
-    Ok(against(&profile, Estimate::new(best.center_of_mass(), 0.0)))
+    Ok(against(&profile, Estimate::exact(best.center_of_mass())))
 }
 
 /// The center of mass of a profile against a true one.
 fn against(profile: &HydrostaticProfile, truth: Estimate) -> Findings {
-    let measured = Estimate::new(profile.center_of_mass(), 0.0);
+    let measured = Estimate::exact(profile.center_of_mass());
     let mut quantity = Quantity::relative("center of mass", measured, truth.mean);
     quantity.truth_error = truth.standard_error / truth.mean;
     Findings {
@@ -88,7 +88,7 @@ fn cold(density: f64, temperature: f64, trial: Trial) -> Result<Findings, Failur
     let simulation = Simulation::builder(scene).moves(moves).seed(trial.seed).build()?;
     let run = run(simulation, Length { equilibration: sweeps / 4, sweeps }, trial)?;
     let measured = run.center_of_mass(1.0, 0.0)?;
-    let truth = Estimate::new(1.0 + measured.error.mean, measured.error.standard_error);
+    let truth = 1.0 + measured.error;
     let seconds = cpu_seconds() - before;
     let mut findings = against(&column::theory(&scene)?, truth);
     findings.remark = format!("simulated h_c {truth}, {seconds:.1} s");
@@ -121,7 +121,7 @@ fn falling(rate: f64, theory: bool, trial: Trial) -> Result<Findings, Failure> {
     let best = column::theory(&scene)?;
     if theory {
         let measured = run.center_of_mass(1.0, 0.0)?;
-        let truth = Estimate::new(1.0 + measured.error.mean, measured.error.standard_error);
+        let truth = 1.0 + measured.error;
         let mut findings = against(&best, truth);
         findings.remark = format!("simulated h_c {truth}");
         return Ok(findings);

@@ -1,0 +1,85 @@
+//! What changes a potential while a run goes on.
+
+use crate::observer::Observer;
+use crate::scene::AnyScene;
+use crate::{Error, Warning};
+
+/// What changes a potential `P` while a run goes on, by what it sees of it: the part in which the schemes of this module differ.
+///
+/// It is an [`Observer`], so it is shown what all others are: every configuration, and single moves and collisions if it
+/// asks. After each sweep that it has observed it may change the potential.
+///
+/// ```
+/// use gradient_mc::drive::{Adaptation, EffectivePotential, Scheme};
+/// use gradient_mc::{AnyScene, Error, Field, Frame, Observer, ObserverError, Scene, TemperatureProfile};
+/// /// Z = 1 − η + 4η, with the mean packing fraction below the center of mass for η, until production.
+/// #[derive(Debug, Default)]
+/// struct Crude {
+///     packing_fraction: f64,
+///     frozen: bool,
+/// }
+/// impl Observer for Crude {
+///     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+///         let center = frame.heights().sum::<f64>() / frame.particles() as f64;
+///         let below = frame.heights().filter(|&height| height < center).count();
+///         self.packing_fraction = 0.5236 * below as f64 / (center * frame.slab().base_area());
+///         Ok(())
+///     }
+/// }
+/// impl Adaptation<EffectivePotential> for Crude {
+///     fn adapt(&mut self, potential: &mut EffectivePotential, scene: &AnyScene<'_>) -> Result<(), Error> {
+///         if self.frozen {
+///             return Ok(());
+///         }
+///         let factor = 1.0 + 3.0 * self.packing_fraction;
+///         let heights: Vec<f64> = potential.heights().collect();
+///         potential.set(0.0, |bin| factor * scene.temperature().temperature(heights[bin]))
+///     }
+///     fn start_production(&mut self, _: &mut EffectivePotential, _: &AnyScene<'_>) -> Result<(), Error> {
+///         self.frozen = true;
+///         Ok(())
+///     }
+/// }
+/// /// Makes it.
+/// struct CrudeScheme;
+/// impl<F: Field, T: TemperatureProfile> Scheme<F, T> for CrudeScheme {
+///     type Drive = EffectivePotential;
+///     type Adaptation = Crude;
+///     fn drive(self, scene: &Scene<F, T>) -> Result<(EffectivePotential, Crude), Error> {
+///         Ok((EffectivePotential::new(scene, 0.1)?, Crude::default()))
+///     }
+/// }
+/// ```
+pub trait Adaptation<P>: Observer + Send + Sync {
+    /// Changes the potential, after a sweep that was observed; the default leaves it as it is.
+    ///
+    /// # Errors
+    /// Any [`Error`]; it ends the run.
+    #[inline]
+    fn adapt(&mut self, _potential: &mut P, _scene: &AnyScene<'_>) -> Result<(), Error> {
+        Ok(())
+    }
+
+    /// Called when production starts, before its first sweep; the default does nothing.
+    ///
+    /// # Errors
+    /// Any [`Error`]; it ends the run.
+    #[inline]
+    fn start_production(&mut self, _potential: &mut P, _scene: &AnyScene<'_>) -> Result<(), Error> {
+        Ok(())
+    }
+
+    /// Whether it changes the potential with every configuration, so that no production run can tell whether it was the
+    /// right one.
+    fn follows_every_configuration(&self) -> bool {
+        false
+    }
+
+    /// What it has to say against production, beyond the balance of forces; by default nothing.
+    fn warnings(&self, _potential: &P, _scene: &AnyScene<'_>) -> Vec<Warning> {
+        Vec::new()
+    }
+}
+
+/// The potential stays what it is.
+impl<P> Adaptation<P> for () {}

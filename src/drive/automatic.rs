@@ -1,0 +1,126 @@
+//! The scheme of a simulation that names none, for any temperature profile.
+
+use super::self_consistent::Iteration;
+use super::{Adaptation, Drive, EffectivePotential, Scheme, SelfConsistent};
+use crate::scene::AnyScene;
+use crate::{Error, Field, Scene, TemperatureProfile, temperature};
+
+/// The scheme of a simulation that names none: u = φ/T in closed form (eqs. 14 to 16 of
+/// doi:10.1103/PhysRevE.83.061306) where the temperature is constant, the [`SelfConsistent`]
+/// iteration where it varies.
+///
+/// Where a profile [says](TemperatureProfile::constant) that it is constant, as
+/// [`Isothermal`](crate::temperature::Isothermal) does, the choice is made by the compiler, and nothing is
+/// left of the other. Where it only turns out to be constant, at four heights to a diameter and to
+/// rounding, the choice is one branch.
+///
+/// ```
+/// use gradient_mc::drive::{Automatic, Drive, Scheme};
+/// use gradient_mc::{Scene, Slab, field::UniformField, temperature::*};
+/// let slab = Slab::new(50.0, 5.0, 5.0)?;
+/// let scene = Scene::new(slab, 100, UniformField::default(), Isothermal::new(2.0)?)?;
+/// assert_eq!(Automatic.drive(&scene)?.0.reduced_potential(&scene, 10.0), 5.0);
+/// // T = 20 exp(−0x): the same potential as at a temperature of 20.
+/// let scene = Scene::new(slab, 100, UniformField::default(), ExponentialTemperature::new(20.0, 0.0)?)?;
+/// assert_eq!(Automatic.drive(&scene)?.0.reduced_potential(&scene, 10.0), 0.5);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Automatic;
+
+/// The drive of [`Automatic`].
+#[derive(Debug, Clone)]
+pub struct AutomaticDrive(Kind);
+
+#[derive(Debug, Clone)]
+enum Kind {
+    Isothermal { temperature: f64 },
+    Mapped(Box<EffectivePotential>),
+}
+
+impl<F: Field, T: TemperatureProfile> Scheme<F, T> for Automatic {
+    type Drive = AutomaticDrive;
+    type Adaptation = Option<Box<Iteration>>;
+
+    /// # Errors
+    /// [`Error::InvalidPotential`] where φ/T overflows; what [`SelfConsistent`] returns.
+    fn drive(self, scene: &Scene<F, T>) -> Result<(AutomaticDrive, Self::Adaptation), Error> {
+        const PROBES: u32 = 4096;
+        let Some(temperature) = temperature::constant(scene.temperature(), scene.slab()) else {
+            let (potential, iteration) = SelfConsistent::default().drive(scene)?;
+            return Ok((AutomaticDrive(Kind::Mapped(Box::new(potential))), Some(Box::new(iteration))));
+        };
+        for probe in 0..=PROBES {
+            let height = scene.slab().height() * f64::from(probe) / f64::from(PROBES);
+            let potential = scene.field().potential(height) / temperature;
+            if !potential.is_finite() {
+                return Err(Error::InvalidPotential { height, potential });
+            }
+        }
+        Ok((AutomaticDrive(Kind::Isothermal { temperature }), None))
+    }
+}
+
+impl AutomaticDrive {
+    /// The effective potential, or the temperature if it is constant. Of a profile that says that it is, this is known
+    /// to the compiler.
+    #[inline]
+    fn mapped<F, T: TemperatureProfile>(&self, scene: &Scene<F, T>) -> Result<&EffectivePotential, f64> {
+        match (scene.temperature().constant(), &self.0) {
+            (Some(temperature), _) | (None, &Kind::Isothermal { temperature }) => Err(temperature),
+            (None, Kind::Mapped(potential)) => Ok(potential),
+        }
+    }
+}
+
+impl<F: Field, T: TemperatureProfile> Drive<F, T> for AutomaticDrive {
+    #[inline]
+    fn reduced_potential(&self, scene: &Scene<F, T>, height: f64) -> f64 {
+        match self.mapped(scene) {
+            Ok(potential) => potential.reduced_potential(scene, height),
+            Err(temperature) => scene.field().potential(height) / temperature,
+        }
+    }
+
+    #[inline]
+    fn reduced_force(&self, scene: &Scene<F, T>, height: f64) -> f64 {
+        match self.mapped(scene) {
+            Ok(potential) => potential.reduced_force(scene, height),
+            Err(temperature) => scene.field().acceleration(height) / temperature,
+        }
+    }
+
+    #[inline]
+    fn generation(&self) -> u64 {
+        match &self.0 {
+            Kind::Isothermal { .. } => 0,
+            Kind::Mapped(potential) => Drive::<F, T>::generation(potential.as_ref()),
+        }
+    }
+
+    #[inline]
+    fn lid_pressure(&self) -> f64 {
+        match &self.0 {
+            Kind::Isothermal { .. } => 0.0,
+            Kind::Mapped(potential) => Drive::<F, T>::lid_pressure(potential.as_ref()),
+        }
+    }
+}
+
+impl Adaptation<AutomaticDrive> for Option<Box<Iteration>> {
+    #[inline]
+    fn adapt(&mut self, drive: &mut AutomaticDrive, scene: &AnyScene<'_>) -> Result<(), Error> {
+        match (self, &mut drive.0) {
+            (Some(iteration), Kind::Mapped(potential)) => iteration.adapt(potential, scene),
+            _ => Ok(()),
+        }
+    }
+
+    #[inline]
+    fn start_production(&mut self, drive: &mut AutomaticDrive, scene: &AnyScene<'_>) -> Result<(), Error> {
+        match (self, &mut drive.0) {
+            (Some(iteration), Kind::Mapped(potential)) => iteration.start_production(potential, scene),
+            _ => Ok(()),
+        }
+    }
+}

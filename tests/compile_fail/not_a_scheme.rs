@@ -1,0 +1,12 @@
+//! A type that is no scheme: the hint says what is.
+
+use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::ExponentialTemperature};
+
+struct MyScheme;
+
+fn main() -> Result<(), gradient_mc::Error> {
+    let temperature = ExponentialTemperature::new(5.0, 0.02)?;
+    let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 360, UniformField::default(), temperature)?;
+    let _simulation = Simulation::builder(scene).scheme(MyScheme).build()?;
+    Ok(())
+}

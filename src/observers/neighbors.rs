@@ -69,7 +69,12 @@ impl Neighbors {
             let requirement = "it must be at most half the smaller width of the slab";
             return Err(Error::InvalidParameter { name: "search radius", value: radius, requirement });
         }
-        Ok(Self {
+        Ok(Self::unchecked(slab, radius))
+    }
+
+    /// A finder whose radius suits any slab.
+    pub(super) fn unchecked(slab: &Slab, radius: f64) -> Self {
+        Self {
             slab: *slab,
             radius,
             positions: Vec::new(),
@@ -78,7 +83,7 @@ impl Neighbors {
             cells: [1; 3],
             starts: Vec::new(),
             sorted: Vec::new(),
-        })
+        }
     }
 
     /// The search radius.

@@ -3,7 +3,7 @@
 //! To add a profile, implement [`TemperatureProfile`] for a type of your own (one method), or wrap a
 //! closure in [`TemperatureFn`].
 
-use crate::numerics::differentiate;
+use crate::numerics::differentiate_above;
 use crate::{Error, Slab};
 
 /// Temperature as a function of height, in m g d (Boltzmann's constant is 1).
@@ -20,12 +20,13 @@ use crate::{Error, Slab};
 /// assert!(Bump.logarithmic_gradient(40.0).abs() < 1e-9);
 /// ```
 pub trait TemperatureProfile: Sync {
-    /// T(x): positive and finite over the whole slab.
+    /// T(x): positive and finite over the whole slab. Nothing is asked outside it.
     fn temperature(&self, height: f64) -> f64;
 
-    /// d ln T/dx; the default differentiates [`temperature`](Self::temperature).
+    /// d ln T/dx; the default differentiates [`temperature`](Self::temperature), with heights up to 0.002 above the one
+    /// asked for, none of them below 0.
     fn logarithmic_gradient(&self, height: f64) -> f64 {
-        differentiate(|x| self.temperature(x), height, 1e-3) / self.temperature(height)
+        differentiate_above(|x| self.temperature(x), height, 1e-3, 0.0) / self.temperature(height)
     }
 }
 

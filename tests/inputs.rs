@@ -131,3 +131,120 @@ fn chain_pressure_of_a_wide_bin_is_the_mean_of_narrow_ones() {
         }
     }
 }
+
+/// What is asked of it outside the slab is an error of the library.
+mod guarded {
+    use gradient_mc::{Field, TemperatureProfile};
+
+    /// Steep, weightless at the base, and with a derivative that is taken numerically.
+    #[derive(Debug, Clone, Copy)]
+    pub(super) struct Pull {
+        pub(super) highest: f64,
+    }
+
+    fn inside(height: f64, highest: f64) -> f64 {
+        assert!((0.0..=highest).contains(&height), "asked at {height:e} of a slab up to {highest}");
+        height
+    }
+
+    impl Field for Pull {
+        fn potential(&self, height: f64) -> f64 {
+            0.1 * inside(height, self.highest).powf(1.5)
+        }
+    }
+
+    /// Warmer in the middle; its derivative is taken numerically too.
+    #[derive(Debug, Clone, Copy)]
+    pub(super) struct Heat {
+        pub(super) highest: f64,
+        pub(super) swing: f64,
+    }
+
+    impl TemperatureProfile for Heat {
+        fn temperature(&self, height: f64) -> f64 {
+            let inside = inside(height, self.highest) / self.highest;
+            2.0 + self.swing * inside * (1.0 - inside)
+        }
+    }
+}
+
+/// Every way to use a scene asks its field and its temperature between the walls only.
+#[test]
+fn nothing_is_asked_outside_the_slab() {
+    use gradient_mc::drive::{AveragedThenFrozen, EquationOfStateClosure, Instantaneous, RunningAverage, SelfConsistent};
+    use gradient_mc::equation_of_state::{CarnahanStarling, FluidSolid};
+    use gradient_mc::field::FieldFn;
+    use gradient_mc::model::IdealColumn;
+    use gradient_mc::moves::LocalMoves;
+    use gradient_mc::observers::BinPressures;
+    use gradient_mc::start::{ClosePacked, RandomInsertion};
+    use gradient_mc::{Field, Hydrostatics, TemperatureProfile};
+    use guarded::{Heat, Pull};
+
+    for highest in [30.0, 29.97] {
+        let slab = Slab::new(highest, 5.0, 5.0).unwrap();
+        let closure = move |height: f64| {
+            assert!((0.0..=highest).contains(&height), "asked at {height:e}");
+            (highest - height).sqrt()
+        };
+        let field = FieldFn::new(closure, &slab).unwrap();
+        // ∫ √(H − x) dx is 2/3 [H^{3/2} − (H − x)^{3/2}].
+        for height in [0.0, 1.0, 10.0, 29.95, highest] {
+            let exact = (highest.powf(1.5) - (highest - height).powf(1.5)) / 1.5;
+            assert!((field.potential(height) - exact).abs() < 1e-3, "{height}");
+        }
+        Scene::new(slab, 100, &field, Isothermal::new(40.0).unwrap()).unwrap();
+
+        let pull = Pull { highest };
+        for height in [0.0, 1e-3, 3e-3, 1.0, highest - 0.01] {
+            let exact = 0.15 * height.sqrt();
+            // Where the third derivative is infinite a difference is off by of the order of itself.
+            let tolerance = if height < 0.01 { 0.15 * 4e-3_f64.sqrt() } else { 1e-8 };
+            assert!((pull.acceleration(height) - exact).abs() < tolerance, "{height}");
+        }
+        let heat = Heat { highest, swing: 4.0 };
+        for base in [0.0, 0.5] {
+            let theory = Hydrostatics::new(pull, heat, CarnahanStarling).base(base).lid(highest);
+            assert!(theory.column_density(4.0).unwrap().center_of_mass() > 1.0);
+        }
+        let theory = Hydrostatics::new(pull, heat, FluidSolid::default());
+        theory.between_walls(&slab, 4.0).unwrap().warnings();
+
+        let scene = Scene::new(slab, 100, pull, heat).unwrap();
+        scene.model_for(0.05).unwrap().model().densities(&scene, 1).unwrap();
+        IdealColumn::new(&scene).unwrap();
+        macro_rules! simulate {
+            ($scheme:expr, $moves:expr, $start:expr) => {{
+                let builder = Simulation::builder(scene).scheme($scheme).moves($moves).start($start);
+                let mut simulation = builder.build().unwrap();
+                let mut state = EquationOfStateProfile::new(&slab, 30).unwrap();
+                let mut chains = ChainPressureProfile::new(&slab, 30).unwrap();
+                let mut center = CenterOfMass::new();
+                simulation.equilibrate(50, &mut ()).unwrap();
+                simulation.run(400, &mut (&mut state, &mut chains, &mut center)).unwrap();
+                simulation.warnings();
+                state.points().unwrap();
+                chains.jackknife(|bins: &[BinPressures]| [bins[3].normal]).unwrap();
+                let _ = simulation.certificate(0.05);
+            }};
+        }
+        use gradient_mc::start::Theory;
+        simulate!(SelfConsistent::default(), EventChains::default(), Theory);
+        simulate!(SelfConsistent::default(), LocalMoves::tuned(), RandomInsertion::default());
+        simulate!(EquationOfStateClosure::default(), LocalMoves::tuned(), ClosePacked);
+        simulate!(Instantaneous::default(), LocalMoves::new(0.5, &slab).unwrap(), Theory);
+        simulate!(RunningAverage::default(), LocalMoves::tuned(), Theory);
+        simulate!(AveragedThenFrozen::default(), EventChains::default(), Theory);
+        // The same temperature everywhere, by a type of the user's.
+        let flat = Scene::new(slab, 100, pull, Heat { highest, swing: 0.0 }).unwrap();
+        flat.model_for(0.05).unwrap().model().densities(&flat, 1).unwrap();
+        let isothermal = Scene::new(slab, 100, pull, Isothermal::new(3.0).unwrap()).unwrap();
+        for moves in [EventChains::default().into(), gradient_mc::moves::Moves::from(LocalMoves::tuned())] {
+            let mut simulation = Simulation::builder(isothermal).moves(moves).build().unwrap();
+            simulation.equilibrate(50, &mut ()).unwrap();
+            simulation.run(200, &mut ()).unwrap();
+            simulation.warnings();
+        }
+        assert!(heat.logarithmic_gradient(0.0) > 0.0);
+    }
+}

@@ -8,6 +8,7 @@
 
 use super::legendre::{Legendre, ORDER, Series, evaluate};
 use crate::equation_of_state::EquationOfState;
+use crate::field::{END_MARGIN, acceleration_below};
 use crate::{Error, Field, TemperatureProfile};
 
 /// Largest coefficient allowed among the last of the series of ln n.
@@ -77,9 +78,14 @@ struct State {
 }
 
 impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
+    /// The acceleration.
+    fn pull(&self, height: f64) -> f64 {
+        acceleration_below(self.field, height, self.lid.unwrap_or(f64::INFINITY))
+    }
+
     /// The acceleration, checked.
     fn acceleration(&self, height: f64) -> Result<f64, Error> {
-        let acceleration = self.field.acceleration(height);
+        let acceleration = self.pull(height);
         if acceleration.is_finite() {
             return Ok(acceleration);
         }
@@ -209,7 +215,7 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
     fn trial(&self, start: f64, end: f64, ln_pressure: f64, guess: Option<f64>) -> Result<Trial, Error> {
         const MOST_ITERATIONS: usize = 40;
         let half = 0.5 * (end - start);
-        let heights = self.rule.nodes.map(|t| start + half * (t + 1.0));
+        let heights = self.rule.nodes.map(|t| (start + half * (t + 1.0)).min(end));
         let mut pull = [0.0; ORDER];
         let mut ln_temperature = [0.0; ORDER];
         for ((&height, pull), logarithm) in heights.iter().zip(&mut pull).zip(&mut ln_temperature) {
@@ -333,7 +339,8 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
         let decline = |x: f64| {
             let (panel, t) = locate(x);
             let factor = libm::exp(evaluate(&panel.ln_pressure, t) - evaluate(&panel.ln_density, t));
-            self.field.acceleration(x) / factor + self.temperature.logarithmic_gradient(x)
+            let below = self.lid.map_or(x, |lid| x.min(lid - END_MARGIN).max(self.base));
+            self.pull(x) / factor + self.temperature.logarithmic_gradient(below)
         };
         if !(low < high && decline(low) < 0.0 && decline(high) > 0.0) {
             return None;

@@ -2,9 +2,9 @@
 
 use super::estimate::Outlook;
 use super::ideal_column::IdealColumn;
-use super::total_variation;
 use super::plan::{MonteCarloPlan, MoveFamily};
 use super::reason::{Percent, Reason, Wall};
+use super::total_variation;
 use crate::{Error, Field, HydrostaticProfile, Scene, Slab, TemperatureProfile};
 use std::fmt;
 

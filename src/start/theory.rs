@@ -2,13 +2,14 @@
 
 use super::Start;
 use super::close_packed::Lattice;
-use crate::equation_of_state::FluidSolid;
+use crate::equation_of_state::{EquationOfState, FluidSolid, ModifiedKolafa};
 use crate::hydrostatics::Hydrostatics;
 use crate::{Error, Field, Generator, Scene, TemperatureProfile};
 use nalgebra::Vector3;
 
 /// Spheres on random sites of a close-packed lattice, as many in each layer as the hydrostatic
-/// profile of the scene has there (modified Kolafa-Labík-Malijevský fluid, Speedy solid).
+/// profile of the scene has there (modified Kolafa-Labík-Malijevský fluid, Speedy solid). Without weight and between
+/// freezing and melting no such profile is the only one; then the fluid alone is taken, which is as dense everywhere.
 ///
 /// The lattice makes any packing possible; its vacancies let it melt within some five hundred sweeps
 /// wherever the fluid is stable. The column as a whole starts close to its steady state, which saves
@@ -28,11 +29,23 @@ impl Start for Theory {
     ) -> Result<Vec<Vector3<f64>>, Error> {
         // Sites per sphere where the profile is densest: enough vacancies to move.
         const ROOM: f64 = 1.15;
-        let equation_of_state = FluidSolid::default();
-        let profile = Hydrostatics::new(scene.field(), scene.temperature(), &equation_of_state)
-            .between_walls(scene.slab(), scene.column_density())?;
         let slab = scene.slab();
         let mut lattice = Lattice::densest(slab);
+        if scene.particles() > lattice.capacity() {
+            return Err(Error::LatticeFull { sites: lattice.capacity(), particles: scene.particles() });
+        }
+        let between_walls = |equation: &dyn EquationOfState| {
+            Hydrostatics::new(scene.field(), scene.temperature(), equation)
+                .between_walls(slab, scene.column_density())
+        };
+        // Where fluid and solid coexist at one pressure all the way up, each can be anywhere: a fluid that has not frozen
+        // is everywhere alike.
+        let profile = match between_walls(&FluidSolid::default()) {
+            Err(error @ Error::HydrostaticsNotConverged { .. }) => {
+                between_walls(&ModifiedKolafa).map_err(|_| error)?
+            }
+            other => other?,
+        };
         let (_, densest) = profile.density_maximum();
         lattice.stretch((lattice.number_density(slab) / (ROOM * densest)).clamp(1.0, 1.5), slab);
         let particles = scene.particles() as f64;

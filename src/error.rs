@@ -119,16 +119,24 @@ pub enum Error {
         /// Bound of its magnitude, from probes around it.
         bound: f64,
     },
-    /// An event chain passed from sphere to sphere without getting ahead.
+    /// An event chain went from sphere to sphere, or was stopped by the field, without getting ahead.
     #[error(
-        "an event chain of {length} diameters is stuck after {path}: spheres touch all along its way; \
-         loosen the packing, or equilibrate longer before measuring"
+        "an event chain of {length} diameters is stuck after {path}: {cause}",
+        length = figures(*length), path = figures(*path),
+        cause = if *field_events >= HELD_BY_FIELD {
+            "the field stops it at once wherever it goes: take shorter chains, or equilibrate, which tunes their length, \
+             or LocalMoves::tuned"
+        } else {
+            "spheres touch all along its way; loosen the packing, or equilibrate longer before measuring"
+        }
     )]
     ChainStuck {
         /// Length that the chain was to have, in diameters.
         length: f64,
         /// Path that it made.
         path: f64,
+        /// How often the field stopped it since it last got ahead.
+        field_events: u32,
     },
     /// A profile of bins was asked for that has no bins, or too many to be sensible.
     #[error(
@@ -274,6 +282,9 @@ pub enum Error {
         source: Box<dyn std::error::Error + Send + Sync>,
     },
 }
+
+/// A chain that the field has stopped as often within a diameter is held by the field, whatever else it meets.
+const HELD_BY_FIELD: u32 = 100;
 
 /// A number as a message shows it: in full, or with a power of ten where that would run to many zeros.
 fn figures(value: f64) -> String {

@@ -356,7 +356,7 @@ fn a_jammed_crystal_is_an_error_not_a_hang() {
             let builder = Simulation::builder(scene).start(Positions(positions.clone()));
             let mut simulation = builder.moves(chains(length, rule)).build().unwrap();
             let error = simulation.run(100, &mut ()).unwrap_err();
-            let Error::ChainStuck { length, path } = error else { panic!("{error:?}") };
+            let Error::ChainStuck { length, path, .. } = error else { panic!("{error:?}") };
             assert!(path < 1e-6 && length > 0.0);
             assert!(error.to_string().contains("loosen the packing"));
             // Nothing is broken, and equilibration goes on as well as it can.

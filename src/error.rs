@@ -1,5 +1,6 @@
 //! The one error type of the library.
 
+use crate::equation_of_state::DomainSide;
 use thiserror::Error;
 
 /// What can go wrong, with the numbers that say where and what to do.
@@ -218,15 +219,21 @@ pub enum Error {
     },
     /// No packing fraction gives the pressure that the column exerts.
     #[error(
-        "the equation of state has no state with P/T = {reduced_pressure} (met at height {height}): \
-         use one whose domain reaches higher, or a lighter column",
-        height = figures(*height), reduced_pressure = figures(*reduced_pressure)
+        "the equation of state has no state with P/T = {reduced_pressure} (met at height {height}): use one whose \
+         domain reaches {remedy}",
+        height = figures(*height), reduced_pressure = figures(*reduced_pressure),
+        remedy = match side {
+            DomainSide::Above => "higher, or a lighter column",
+            DomainSide::Below => "lower, such as FluidSolid, or a lid where it ends",
+        }
     )]
     EquationOfStateExhausted {
         /// Height at which the state was needed.
         height: f64,
         /// Pressure over temperature, in inverse cubic diameters.
         reduced_pressure: f64,
+        /// Whether it is above all that the equation has, or below.
+        side: DomainSide,
     },
     /// A column that is open at the top does not end.
     #[error(

@@ -15,10 +15,11 @@ mod profile;
 
 pub use profile::{DomainExit, HydrostaticProfile};
 
-use crate::equation_of_state::EquationOfState;
+use crate::equation_of_state::{DomainSide, EquationOfState};
 use crate::{Error, Field, Slab, TemperatureProfile};
 use legendre::Legendre;
 use march::{Column, Panel};
+use std::cell::Cell;
 
 /// A scene whose theory profile is to be computed.
 ///
@@ -168,6 +169,7 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
             base,
             lid: self.lid,
             rule: Legendre::new(),
+            trials: Cell::new(0),
         })
     }
 }
@@ -196,10 +198,17 @@ fn solve_for_mass<F: Field, T: TemperatureProfile, E: EquationOfState>(
     let mut previous: Option<(f64, f64)> = None;
     let mut best: Option<(f64, f64, Vec<Panel>)> = None;
     let mut exhausted = None;
+    let mut too_light = false;
     let mut longest_step = 2.0;
     for _ in 0..120 {
         let solution = match column.march(guess) {
-            Err(error @ Error::EquationOfStateExhausted { .. }) => {
+            Err(Error::EquationOfStateExhausted { height, reduced_pressure, side }) => {
+                let error = Error::EquationOfStateExhausted { height, reduced_pressure, side };
+                too_light = side == DomainSide::Below;
+                if too_light && column.lid.is_none() {
+                    // An open column is as dilute as one likes at its top.
+                    return Err(error);
+                }
                 exhausted = Some(error);
                 None
             }
@@ -225,6 +234,8 @@ fn solve_for_mass<F: Field, T: TemperatureProfile, E: EquationOfState>(
                 break;
             }
             residual
+        } else if too_light {
+            f64::NEG_INFINITY
         } else {
             f64::INFINITY
         };

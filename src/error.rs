@@ -259,8 +259,12 @@ pub enum Error {
         residual: f64,
     },
     /// An estimate was asked of too few data.
-    #[error("{available} observations are too few, {needed} are needed: run longer or observe more often")]
+    #[error(
+        "{what}: {available} are too few, at least {needed} are needed: run longer or observe more often"
+    )]
     TooFewObservations {
+        /// What is too few, and for what.
+        what: &'static str,
         /// Observations made.
         available: usize,
         /// Observations needed.
@@ -310,6 +314,16 @@ impl Error {
             Ok(value)
         } else {
             Err(Self::InvalidParameter { name, value, requirement: "it must be positive and finite" })
+        }
+    }
+
+    /// Fails with [`Error::InvalidParameter`] unless `value` lies between 0 and 1, both excluded.
+    pub(crate) fn require_tolerance(name: &'static str, value: f64) -> Result<f64, Self> {
+        if value > 0.0 && value < 1.0 {
+            Ok(value)
+        } else {
+            let requirement = "it must lie between 0 and 1, both excluded";
+            Err(Self::InvalidParameter { name, value, requirement })
         }
     }
 

@@ -211,7 +211,7 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
     ///
     /// | judged | raises |
     /// |---|---|
-    /// | the series of the center of mass: its drift, its memory, and its variance against what equilibrium demands of it | [`TooShort`](Warning::TooShort), [`NotMixed`](Warning::NotMixed) |
+    /// | the series of the center of mass: its drift, its memory, and its variance against what equilibrium demands of it | [`TooShort`](Warning::TooShort), [`NotMixed`](Warning::NotMixed), [`NothingMoved`](Warning::NothingMoved) |
     /// | its mean against [`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls), where that is good | [`FarFromTheory`](Warning::FarFromTheory), [`NoTheory`](Warning::NoTheory) |
     /// | every 128th sweep, if all moves are local | [`LowAcceptance`](Warning::LowAcceptance) |
     /// | the balance of forces and the field, where the temperature varies | [`FeedbackNotConverged`](Warning::FeedbackNotConverged), [`CountingNoise`](Warning::CountingNoise), [`ChangesWhileMeasuring`](Warning::ChangesWhileMeasuring), [`SteepGradient`](Warning::SteepGradient), [`DensityJump`](Warning::DensityJump) |
@@ -284,12 +284,11 @@ impl<F: Field, T: TemperatureProfile, A: Adaptation> Simulation<F, T, MappedDriv
     /// ```
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a tolerance that is not positive and finite; [`Error::TooFewObservations`] for a
+    /// [`Error::InvalidParameter`] for a tolerance that is not between 0 and 1; [`Error::TooFewObservations`] for a
     /// production run below 320 sweeps.
     pub fn certificate(&self, tolerance: f64) -> Result<Certificate, Error> {
-        self.force_balance().map_or(Err(Error::TooFewObservations { available: 0, needed: 64 }), |balance| {
-            balance.certificate(tolerance)
-        })
+        self.force_balance()
+            .map_or_else(|| Err(ForceBalance::too_few(0)), |balance| balance.certificate(tolerance))
     }
 }
 

@@ -98,7 +98,7 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         let outcome = if replicas.iter().any(|replica| replica.measured > 0) {
             write_case(case, replicas, &protocol, &directory)
         } else {
-            Err(Error::TooFewObservations { available: 0, needed: 16 }.into())
+            Err(Error::TooFewObservations { what: "", available: 0, needed: 16 }.into())
         };
         match outcome {
             Ok(report) => reports.push(report),

@@ -91,8 +91,6 @@ pub struct MappedDrive<A> {
 }
 
 impl<A: Adaptation> MappedDrive<A> {
-    /// Sweeps of production between two looks at the balance of forces.
-    const SWEEPS_BETWEEN_LOOKS: u64 = 5;
     /// The relative deviation of the balance of forces above which a run that can tell is warned of.
     const TOLERANCE: f64 = 0.02;
     /// That below which a run should be able to tell.
@@ -154,7 +152,7 @@ impl<F: Field, T: TemperatureProfile, A: Adaptation> Drive<F, T> for MappedDrive
     fn after_sweep(&mut self, scene: &Scene<F, T>, centers: Centers<'_>, phase: Phase) -> Result<(), Error> {
         if phase == Phase::Production {
             // With the potential that was in force, not the one that is made from this configuration.
-            if self.sweeps.is_multiple_of(Self::SWEEPS_BETWEEN_LOOKS) {
+            if self.sweeps.is_multiple_of(ForceBalance::SWEEPS_BETWEEN_RECORDS) {
                 let lid_pressure = self.adaptation.lid_pressure();
                 self.balance.record(&self.potential, lid_pressure, scene, centers)?;
             }
@@ -184,7 +182,7 @@ impl<F: Field, T: TemperatureProfile, A: Adaptation> Drive<F, T> for MappedDrive
             }
             Ok(_) => {}
             Err(_) => {
-                let needed = ForceBalance::FEWEST_CONFIGURATIONS * Self::SWEEPS_BETWEEN_LOOKS;
+                let needed = ForceBalance::FEWEST_CONFIGURATIONS * ForceBalance::SWEEPS_BETWEEN_RECORDS;
                 warnings.push(Warning::TooShort { sweeps: self.sweeps, needed });
             }
         }

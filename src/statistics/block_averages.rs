@@ -282,7 +282,11 @@ impl BlockAverages {
         let observations = self.observations();
         let saturated = |number: u64| usize::try_from(number).unwrap_or(usize::MAX);
         let needed = (MINIMUM_BLOCKS as u64 * self.block_length).max(observations + 1);
-        Err(Error::TooFewObservations { available: saturated(observations), needed: saturated(needed) })
+        Err(Error::TooFewObservations {
+            what: "observations for a standard error",
+            available: saturated(observations),
+            needed: saturated(needed),
+        })
     }
 
     /// Calls `visit` with the sums of blocks, the observations in each, and the fraction of all
@@ -521,7 +525,8 @@ mod tests {
         for index in 0..15 {
             two.push(&[f64::from(index), f64::from(index)]).unwrap();
         }
-        let few = Err(Error::TooFewObservations { available: 15, needed: 16 });
+        let what = "observations for a standard error";
+        let few = Err(Error::TooFewObservations { what, available: 15, needed: 16 });
         assert_eq!(format!("{:?}", two.standard_errors()), format!("{:?}", few as Result<(), Error>));
         two.push(&[f64::NAN, 1.0]).unwrap();
         let estimates = two.estimates().unwrap();

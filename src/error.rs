@@ -292,6 +292,25 @@ pub enum Error {
         #[source]
         source: Box<dyn std::error::Error + Send + Sync>,
     },
+    /// A table could not be written.
+    #[cfg(feature = "csv")]
+    #[error("the table cannot be written")]
+    Write {
+        /// What the writer returned.
+        #[source]
+        source: std::io::Error,
+    },
+    /// One of several replicas failed; its own error is the source.
+    #[error("replica {replica}, of seed {seed}, failed")]
+    Replica {
+        /// Its number, from 0.
+        replica: usize,
+        /// Its seed.
+        seed: u64,
+        /// What went wrong in it.
+        #[source]
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
 }
 
 /// A chain that the field has stopped as often within a diameter is held by the field, whatever else it meets.

@@ -3,16 +3,16 @@
 //!
 //! ```
 //! use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
-//! use gradient_mc::observers::EquationOfStateProfile;
+//! use gradient_mc::observers::{Bins, EquationOfStateProfile};
 //! use gradient_mc::{Every, Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
 //!
 //! let slab = Slab::new(60.0, 6.0, 6.0)?;
 //! let scene = Scene::new(slab, 360, UniformField::default(), Isothermal::new(5.0)?)?;
 //! let mut simulation = Simulation::builder(scene).seed(1).build()?;
-//! let mut profile = Every::new(5, EquationOfStateProfile::new(&slab, 60)?);
+//! let mut profile = Every::new(5, EquationOfStateProfile::new(&slab, Bins::count(60))?);
 //! simulation.equilibrate(200, &mut ())?;
 //! simulation.run(400, &mut profile)?;
-//! for point in profile.observer.deviations_from(|eta| ModifiedKolafa.compressibility_factor(eta))? {
+//! for point in profile.observer.deviations_from(&ModifiedKolafa)? {
 //!     println!("{:5.1}  {}  {}", point.height, point.packing_fraction, point.deviation);
 //! }
 //! # Ok::<(), gradient_mc::Error>(())
@@ -51,34 +51,46 @@ pub mod equation_of_state;
 mod error;
 pub mod field;
 pub mod hydrostatics;
+mod merge;
 pub mod model;
 mod monitor;
 pub mod moves;
 mod numerics;
 mod observer;
+mod observer_fn;
 pub mod observers;
 mod random;
+mod replicas;
 mod scene;
 mod simulation;
 mod slab;
 pub mod start;
 pub mod statistics;
+#[cfg(feature = "csv")]
+mod table;
 pub mod temperature;
 mod warning;
+mod warning_kind;
 
 pub use centers::Centers;
 pub use equation_of_state::EquationOfState;
 pub use error::Error;
 pub use field::Field;
 pub use hydrostatics::{HydrostaticProfile, Hydrostatics};
+pub use merge::Merge;
 pub use nalgebra::Vector3;
 pub use observer::{AcceptedMove, Collision, Every, Frame, MoveCounts, Observer, ObserverError, Recorder};
+pub use observer_fn::ObserverFn;
 pub use random::Generator;
+pub use replicas::{Outcome, Replica, Replicas};
 pub use scene::Scene;
 pub use simulation::{Simulation, SimulationBuilder};
 pub use slab::Slab;
+#[cfg(feature = "csv")]
+pub use table::{Row, WriteCsv};
 pub use temperature::TemperatureProfile;
 pub use warning::{MixingEvidence, Warning};
+pub use warning_kind::WarningKind;
 
 /// The code of README.md, compiled.
 #[cfg(doctest)]

@@ -90,6 +90,9 @@ pub struct MoveCounts {
     pub trials: u64,
     /// Local moves accepted.
     pub accepted: u64,
+    /// Local moves rejected because they would leave the domain in which a sweep moves their sphere
+    /// ([`LocalMoves`](crate::moves::LocalMoves)): none in a small system.
+    pub left_domain: u64,
     /// Event chains run to their full length.
     pub chains: u64,
     /// Events that ended a straight piece of an event chain: a collision, a wall, or the field.
@@ -109,12 +112,13 @@ impl MoveCounts {
         self.accepted + self.events + self.chains
     }
 
-    /// What was counted since an earlier move_counts of the same run; zero if it is not earlier.
+    /// What was counted since an earlier one of the same run; zero if it is not earlier.
     #[must_use]
     pub fn since(&self, earlier: &Self) -> Self {
         Self {
             trials: self.trials.saturating_sub(earlier.trials),
             accepted: self.accepted.saturating_sub(earlier.accepted),
+            left_domain: self.left_domain.saturating_sub(earlier.left_domain),
             chains: self.chains.saturating_sub(earlier.chains),
             events: self.events.saturating_sub(earlier.events),
         }

@@ -50,6 +50,35 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
         temperature::probe(&temperature, &slab)?;
         Ok(Self { slab, particles, field, temperature })
     }
+
+    /// Puts as many spheres in the slab as make `column_density` spheres per area of the base, N/A, rounded to a whole
+    /// number; [`column_density`](Self::column_density) tells what it has become.
+    ///
+    /// Columns of one N/A are the same but for their base: the weight of the column fixes the pressure.
+    ///
+    /// ```
+    /// use gradient_mc::{Scene, Slab, field::UniformField, temperature::Isothermal};
+    /// let slab = Slab::new(400.0, 25.0, 25.0)?;
+    /// let scene = Scene::with_column_density(slab, 40.0, UniformField::default(), Isothermal::new(15.0)?)?;
+    /// assert_eq!(scene.particles(), 25_000);
+    /// # Ok::<(), gradient_mc::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] for a column density that is not positive and finite, or so small that no sphere
+    /// is left; those of [`new`](Self::new).
+    pub fn with_column_density(
+        slab: Slab,
+        column_density: f64,
+        field: F,
+        temperature: T,
+    ) -> Result<Self, Error> {
+        let particles = Error::require_positive("column density", column_density)? * slab.base_area();
+        // Positive; a number that does not fit saturates, and is refused as too many.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let particles = particles.round() as usize;
+        Self::new(slab, particles, field, temperature)
+    }
 }
 
 impl<F, T> Scene<F, T> {
@@ -76,5 +105,30 @@ impl<F, T> Scene<F, T> {
     /// Spheres per area of the base, N/A, in inverse square diameters.
     pub fn column_density(&self) -> f64 {
         self.particles as f64 / self.slab.base_area()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::UniformField;
+    use crate::temperature::Isothermal;
+
+    #[test]
+    fn a_column_density_becomes_a_whole_number_of_spheres() {
+        let slab = Slab::new(100.0, 5.0, 4.0).unwrap();
+        let scene = |column_density: f64| {
+            let temperature = Isothermal::new(5.0).unwrap();
+            Scene::with_column_density(slab, column_density, UniformField::default(), temperature)
+        };
+        for (column_density, particles) in [(10.0, 200), (10.024, 200), (10.026, 201), (0.03, 1)] {
+            assert_eq!(scene(column_density).unwrap().particles(), particles);
+        }
+        for senseless in [0.0, -1.0, f64::NAN, f64::INFINITY, 1e-9] {
+            assert!(matches!(scene(senseless), Err(Error::InvalidParameter { .. })), "{senseless}");
+        }
+        for too_many in [1e4, 1e300] {
+            assert!(matches!(scene(too_many), Err(Error::TooManyParticles { .. })), "{too_many}");
+        }
     }
 }

@@ -219,7 +219,8 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> Simulation<F, T, D> {
     /// | the box | [`LidTooLow`](Warning::LidTooLow), [`NarrowBox`](Warning::NarrowBox) |
     ///
     /// Of runs that have seen 4, 8, 16, 32 and 64 independent configurations, 94, 78, 38, 6 and 0.2 % are called not mixed.
-    /// It is worked out when asked for, in some milliseconds, since the theory of the scene is solved; what it needs of
+    /// It is worked out when asked for, in some milliseconds (a second or two where T changes by its own size within a
+    /// diameter), since the theory of the scene is solved; what it needs of
     /// the run is noted every few sweeps, from the first of production on. Replicas are judged each by itself.
     ///
     /// ```

@@ -7,7 +7,7 @@ use gradient_mc::drive::{ClosedForm, EquationOfStateClosure, Scheme};
 use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa, number_density};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::EventChains;
-use gradient_mc::observers::{ChainPressureProfile, DensityProfile, PressureProfile};
+use gradient_mc::observers::{Bins, ChainPressureProfile, DensityProfile, PressureProfile};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{Every, Field, Scene, Simulation, Slab, TemperatureProfile};
@@ -37,8 +37,8 @@ where
     let mut simulation = builder.build().unwrap();
     simulation.equilibrate(5_000, &mut ()).unwrap();
     // The first bins resolve the layers at the base.
-    let mut chains = ChainPressureProfile::with_range(&slab, 0.5, 10.5, 20).unwrap();
-    let mut weight = Every::new(5, PressureProfile::with_range(&slab, 0.5, 10.5, 20).unwrap());
+    let mut chains = ChainPressureProfile::new(&slab, Bins::count(20).from(0.5).to(10.5)).unwrap();
+    let mut weight = Every::new(5, PressureProfile::new(&slab, Bins::count(20).from(0.5).to(10.5)).unwrap());
     simulation.run(40_000, &mut (&mut chains, &mut weight)).unwrap();
     let weight = weight.observer.points().unwrap().iter().map(|point| point.pressure).collect();
     (chains.points().unwrap().iter().map(|point| [point.normal, point.lateral]).collect(), weight)
@@ -80,8 +80,8 @@ fn pressure_of_a_homogeneous_fluid_is_that_of_its_equation_of_state() {
     let scene = Scene::new(slab, particles, weightless, Isothermal::new(temperature).unwrap()).unwrap();
     let mut simulation = Simulation::builder(scene).moves(EventChains::default()).seed(4).build().unwrap();
     simulation.equilibrate(1_000, &mut ()).unwrap();
-    let mut chains = ChainPressureProfile::with_range(&slab, 8.0, 32.0, 1).unwrap();
-    let mut density = DensityProfile::with_range(&slab, 8.0, 32.0, 1).unwrap();
+    let mut chains = ChainPressureProfile::new(&slab, Bins::count(1).from(8.0).to(32.0)).unwrap();
+    let mut density = DensityProfile::new(&slab, Bins::count(1).from(8.0).to(32.0)).unwrap();
     simulation.run(8_000, &mut (&mut chains, &mut density)).unwrap();
     let [point] = chains.points().unwrap()[..] else { panic!("one bin") };
     let density = density.points().unwrap()[0];

@@ -17,7 +17,6 @@ use gradient_mc::drive::{
 };
 use gradient_mc::equation_of_state::{EquationOfState, FluidSolid};
 use gradient_mc::field::UniformField;
-use gradient_mc::hydrostatics::Hydrostatics;
 use gradient_mc::start::{Positions, RandomInsertion};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{
@@ -67,9 +66,7 @@ fn theory_ratio<'a, E: EquationOfState>(
     scene: &'a AnyScene,
     equation_of_state: &'a E,
 ) -> impl Fn(usize) -> f64 + 'a {
-    let profile = Hydrostatics::new(scene.field(), scene.temperature(), equation_of_state)
-        .between_walls(&slab(), scene.column_density())
-        .unwrap();
+    let profile = scene.hydrostatics(equation_of_state).unwrap();
     move |bin| {
         let height = middle(bin);
         let factor = equation_of_state.compressibility_factor(profile.packing_fraction(height));

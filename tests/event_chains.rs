@@ -14,7 +14,7 @@ use gradient_mc::drive::{ClosedForm, Drive, EquationOfStateClosure, Scheme, Self
 use gradient_mc::equation_of_state::IdealGas;
 use gradient_mc::field::{ExponentialField, LinearField, SumField, UniformField};
 use gradient_mc::moves::{EventChains, FieldEvent, LocalMoves, Moves};
-use gradient_mc::observers::{CenterOfMass, DensityProfile};
+use gradient_mc::observers::{Bins, CenterOfMass, DensityProfile};
 use gradient_mc::start::{ClosePacked, Positions, RandomInsertion};
 use gradient_mc::statistics::{BlockAverages, Estimate};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
@@ -137,7 +137,7 @@ fn two_spheres() {
             agrees("mean height", heights.estimate().unwrap(), TWO_SPHERES_MEAN, 0.01).unwrap();
             agrees("variance", heights.variance().unwrap(), TWO_SPHERES_VARIANCE, 0.016).unwrap();
         }
-        let profile = DensityProfile::with_range(&slab, 0.5, 0.7, 10).unwrap();
+        let profile = DensityProfile::new(&slab, Bins::count(10).from(0.5).to(0.7)).unwrap();
         let mut observer = Every::new(4, profile);
         let moves = chains(3.0, rule);
         let builder = Simulation::builder(scene).start(RandomInsertion::default()).moves(moves).seed(5);
@@ -190,8 +190,8 @@ impl<T: TemperatureProfile + Copy> Column<T> {
         let drive = scheme.drive(&scene).unwrap();
         let force = |x: f64| drive.reduced_force(&scene, x);
         let weight = ReducedWeight { force: &force, averages: BlockAverages::new(1).unwrap() };
-        let contact = DensityProfile::with_range(&slab, 0.5, 0.7, 10).unwrap();
-        let bands = DensityProfile::with_range(&slab, 0.5, 10.5, 10).unwrap();
+        let contact = DensityProfile::new(&slab, Bins::count(10).from(0.5).to(0.7)).unwrap();
+        let bands = DensityProfile::new(&slab, Bins::count(10).from(0.5).to(10.5)).unwrap();
         let mut observers = Every::new(4, (CenterOfMass::new(), bands, contact, weight));
         let builder = Simulation::builder(self.scene()).scheme(scheme).moves(moves);
         let mut simulation = builder.seed(23).build().unwrap();
@@ -495,8 +495,10 @@ fn a_measured_field_is_followed() {
     let builder = Simulation::builder(scene).scheme(SelfConsistent::default()).moves(EventChains::default());
     let mut simulation = builder.seed(6).build().unwrap();
     simulation.equilibrate(4000, &mut ()).unwrap();
-    let mut observers =
-        Every::new(2, (CenterOfMass::new(), DensityProfile::with_range(&slab, 0.5, 0.7, 10).unwrap()));
+    let mut observers = Every::new(
+        2,
+        (CenterOfMass::new(), DensityProfile::new(&slab, Bins::count(10).from(0.5).to(0.7)).unwrap()),
+    );
     simulation.run(8000, &mut observers).unwrap();
     let (heights, contact) = observers.observer;
     assert!(heights.estimate().unwrap().standard_error < 0.1);

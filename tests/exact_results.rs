@@ -12,7 +12,7 @@ use common::exact::{
 use gradient_mc::drive::{Drive, EquationOfStateClosure, Scheme, SelfConsistent};
 use gradient_mc::equation_of_state::IdealGas;
 use gradient_mc::field::{ExponentialField, LinearField, SumField, UniformField};
-use gradient_mc::observers::{CenterOfMass, DensityProfile};
+use gradient_mc::observers::{Bins, CenterOfMass, DensityProfile};
 use gradient_mc::start::RandomInsertion;
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
@@ -187,7 +187,7 @@ fn contact_density_carries_the_weight() {
     let temperature = 3.0;
     let mut simulation = column(144, 6.0, temperature, 22);
     // Bins of 0.02 from the contact height; the density there is the intercept of a parabola in ln n.
-    let profile = DensityProfile::with_range(simulation.scene().slab(), 0.5, 0.7, 10).unwrap();
+    let profile = DensityProfile::new(simulation.scene().slab(), Bins::count(10).from(0.5).to(0.7)).unwrap();
     let mut observer = Every::new(2, profile);
     simulation.equilibrate(10_000, &mut ()).unwrap();
     simulation.run(800_000, &mut observer).unwrap();

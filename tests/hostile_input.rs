@@ -13,7 +13,9 @@ use gradient_mc::equation_of_state::{EquationOfState, FluidSolid, number_density
 use gradient_mc::field::{ExponentialField, FieldFn, LinearField, SumField, UniformField};
 use gradient_mc::hydrostatics::Hydrostatics;
 use gradient_mc::moves::LocalMoves;
-use gradient_mc::observers::{DensityProfile, DisplacementProfile, EquationOfStateProfile, PressureProfile};
+use gradient_mc::observers::{
+    Bins, DensityProfile, DisplacementProfile, EquationOfStateProfile, PressureProfile,
+};
 use gradient_mc::start::{ClosePacked, Positions, RandomInsertion, Start, Theory};
 use gradient_mc::temperature::{
     ExponentialTemperature, Isothermal, LinearTemperature, TabulatedTemperature, TemperatureFn,
@@ -346,7 +348,7 @@ fn the_smallest_scene_can_be_used() {
     for temperature in [1e-300, 1.0, 1e300] {
         let scene = Scene::new(slab, 1, gravity(), Isothermal::new(temperature).unwrap()).unwrap();
         let mut simulation = Simulation::builder(scene).start(ClosePacked).seed(1).build().unwrap();
-        let mut profile = EquationOfStateProfile::new(&slab, 4).unwrap();
+        let mut profile = EquationOfStateProfile::new(&slab, Bins::count(4)).unwrap();
         simulation.equilibrate(10, &mut ()).unwrap();
         simulation.run(100, &mut profile).unwrap();
         // n A Δx summed over the bins is the sphere.
@@ -362,10 +364,10 @@ fn observers_of_another_slab() {
     let mut simulation = Simulation::builder(scene(30)).start(ClosePacked).build().unwrap();
     for slab in [Slab::new(51.0, 5.0, 5.0).unwrap(), Slab::new(50.0, 5.0, 6.0).unwrap()] {
         let mut observers: [Box<dyn Observer>; 4] = [
-            Box::new(DensityProfile::new(&slab, 10).unwrap()),
-            Box::new(PressureProfile::new(&slab, 10).unwrap()),
-            Box::new(EquationOfStateProfile::new(&slab, 10).unwrap()),
-            Box::new(DisplacementProfile::new(&slab, 10).unwrap()),
+            Box::new(DensityProfile::new(&slab, Bins::count(10)).unwrap()),
+            Box::new(PressureProfile::new(&slab, Bins::count(10)).unwrap()),
+            Box::new(EquationOfStateProfile::new(&slab, Bins::count(10)).unwrap()),
+            Box::new(DisplacementProfile::new(&slab, Bins::count(10)).unwrap()),
         ];
         for observer in &mut observers {
             let error = simulation.run(1, &mut **observer).unwrap_err();

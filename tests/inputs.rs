@@ -5,7 +5,7 @@
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::EventChains;
 use gradient_mc::observers::{
-    CenterOfMass, ChainPressureProfile, DensityProfile, DisplacementProfile, EquationOfStateProfile,
+    Bins, CenterOfMass, ChainPressureProfile, DensityProfile, DisplacementProfile, EquationOfStateProfile,
     HexaticOrder, NeighborAngles, PressureProfile, RadialDistribution, StructureProfile,
 };
 use gradient_mc::statistics::Estimate;
@@ -25,12 +25,12 @@ fn observers_without_frames_say_so() {
     let scene = Scene::new(slab, 60, UniformField::default(), Isothermal::new(5.0).unwrap()).unwrap();
     let mut simulation = Simulation::builder(scene).moves(EventChains::default()).build().unwrap();
     let mut center = CenterOfMass::new();
-    let mut density = DensityProfile::new(&slab, 20).unwrap();
-    let mut pressure = PressureProfile::new(&slab, 20).unwrap();
-    let mut state = EquationOfStateProfile::new(&slab, 20).unwrap();
-    let mut chains = ChainPressureProfile::new(&slab, 20).unwrap();
-    let mut displacement = DisplacementProfile::new(&slab, 20).unwrap();
-    let mut structure = StructureProfile::new(&slab, 20).unwrap();
+    let mut density = DensityProfile::new(&slab, Bins::count(20)).unwrap();
+    let mut pressure = PressureProfile::new(&slab, Bins::count(20)).unwrap();
+    let mut state = EquationOfStateProfile::new(&slab, Bins::count(20)).unwrap();
+    let mut chains = ChainPressureProfile::new(&slab, Bins::count(20)).unwrap();
+    let mut displacement = DisplacementProfile::new(&slab, Bins::count(20)).unwrap();
+    let mut structure = StructureProfile::new(&slab, Bins::count(20)).unwrap();
     let mut pairs = RadialDistribution::new(&slab, 0.5, 0.6, 10).unwrap();
     let mut angles = NeighborAngles::new(&slab, 0.5, 0.6, 10).unwrap();
     let mut hexatic = HexaticOrder::new(&slab, 0.5, 0.6, 1.5).unwrap();
@@ -46,8 +46,11 @@ fn observers_without_frames_say_so() {
             ("layers", density.layers(0.1).err()),
             ("pressure", pressure.points().err()),
             ("equation of state", state.points().err()),
-            ("deviations", state.deviations_from(|_| 1.0).err()),
-            ("deviations over ranges", state.deviations_over(&[[1.0, 3.0]], |_| 1.0).err()),
+            ("deviations", state.deviations_from(&gradient_mc::equation_of_state::IdealGas).err()),
+            (
+                "deviations over ranges",
+                state.deviations_over(&[[1.0, 3.0]], &gradient_mc::equation_of_state::IdealGas).err(),
+            ),
             ("function of the states", state.jackknife(|bins| [bins[3].pressure]).err()),
             ("pressure of chains", chains.points().err()),
             ("function of the pressures", chains.jackknife(|bins| [bins[3].normal]).err()),
@@ -81,9 +84,9 @@ fn chain_pressures(bins: usize) -> Vec<(Estimate, f64)> {
     let scene = Scene::new(slab, 250, UniformField::default(), Isothermal::new(5.0).unwrap()).unwrap();
     let mut simulation = Simulation::builder(scene).moves(EventChains::default()).seed(3).build().unwrap();
     simulation.equilibrate(1000, &mut ()).unwrap();
-    let mut chains = ChainPressureProfile::new(&slab, bins).unwrap();
+    let mut chains = ChainPressureProfile::new(&slab, Bins::count(bins)).unwrap();
     // Means of the weight over the part of the bin in which centers can be.
-    let mut weight = PressureProfile::with_range(&slab, 0.5, 1.0, 1).unwrap();
+    let mut weight = PressureProfile::new(&slab, Bins::count(1).from(0.5).to(1.0)).unwrap();
     simulation.run(6000, &mut (&mut chains, &mut weight)).unwrap();
     let weight = weight.points().unwrap()[0].pressure.mean;
     chains.points().unwrap().iter().map(|point| (point.normal, weight)).collect()
@@ -110,8 +113,8 @@ fn chain_pressure_of_a_wide_bin_is_the_mean_of_narrow_ones() {
     let builder = Simulation::builder(scene).scheme(EquationOfStateClosure::default());
     let mut simulation = builder.moves(EventChains::default()).seed(3).build().unwrap();
     simulation.equilibrate(300, &mut ()).unwrap();
-    let mut profiles =
-        [1, 20, 400].map(|bins| ChainPressureProfile::with_range(&slab, 1.0, 21.0, bins).unwrap());
+    let mut profiles = [1, 20, 400]
+        .map(|bins| ChainPressureProfile::new(&slab, Bins::count(bins).from(1.0).to(21.0)).unwrap());
     let [one, some, many] = &mut profiles;
     simulation.run(2000, &mut (one, some, many)).unwrap();
     let [one, some, many] = profiles.map(|profile| {
@@ -219,8 +222,8 @@ fn nothing_is_asked_outside_the_slab() {
             ($scheme:expr, $moves:expr, $start:expr) => {{
                 let builder = Simulation::builder(scene).scheme($scheme).moves($moves).start($start);
                 let mut simulation = builder.build().unwrap();
-                let mut state = EquationOfStateProfile::new(&slab, 30).unwrap();
-                let mut chains = ChainPressureProfile::new(&slab, 30).unwrap();
+                let mut state = EquationOfStateProfile::new(&slab, Bins::count(30)).unwrap();
+                let mut chains = ChainPressureProfile::new(&slab, Bins::count(30)).unwrap();
                 let mut center = CenterOfMass::new();
                 simulation.equilibrate(50, &mut ()).unwrap();
                 simulation.run(400, &mut (&mut state, &mut chains, &mut center)).unwrap();

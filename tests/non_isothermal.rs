@@ -9,10 +9,10 @@ use gradient_mc::drive::{
     AveragedThenFrozen, Convergence, Drive, EquationOfStateClosure, Instantaneous, RunningAverage, Scheme,
     SelfConsistent, Suggestion,
 };
-use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
+use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::field::{ExponentialField, UniformField};
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
-use gradient_mc::observers::EquationOfStateProfile;
+use gradient_mc::observers::{Bins, EquationOfStateProfile};
 use gradient_mc::start::{ClosePacked, Positions, RandomInsertion, Start, Theory};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::{ExponentialTemperature, TabulatedTemperature, TemperatureFn};
@@ -21,7 +21,7 @@ use proptest::prelude::*;
 
 /// Deviations from the modified Kolafa-Labík-Malijevský equation over ranges of height.
 fn deviations(profile: &EquationOfStateProfile, ranges: &[[f64; 2]]) -> Vec<Estimate> {
-    profile.deviations_over(ranges, |eta| ModifiedKolafa.compressibility_factor(eta)).unwrap()
+    profile.deviations_over(ranges, &ModifiedKolafa).unwrap()
 }
 
 /// Whether deviations are none: within 4 standard errors, and these below `cap`.
@@ -58,7 +58,8 @@ where
     let builder = Simulation::builder(column(steep())).scheme(scheme);
     let mut simulation = builder.moves(moves).seed(21).build().unwrap();
     simulation.equilibrate(9000, &mut ()).unwrap();
-    let profile = EquationOfStateProfile::with_range(simulation.scene().slab(), 0.5, 50.5, 200).unwrap();
+    let profile =
+        EquationOfStateProfile::new(simulation.scene().slab(), Bins::count(200).from(0.5).to(50.5)).unwrap();
     let mut profile = Every::new(5, profile);
     simulation.run(12_000, &mut profile).unwrap();
     deviations(&profile.observer, &RANGES)
@@ -103,7 +104,8 @@ fn a_field_frozen_too_early_is_caught() {
     let mut simulation =
         builder.start(RandomInsertion::default()).moves(EventChains::default()).seed(5).build().unwrap();
     simulation.equilibrate(30, &mut ()).unwrap();
-    let profile = EquationOfStateProfile::with_range(simulation.scene().slab(), 0.5, 50.5, 200).unwrap();
+    let profile =
+        EquationOfStateProfile::new(simulation.scene().slab(), Bins::count(200).from(0.5).to(50.5)).unwrap();
     let mut profile = Every::new(5, profile);
     simulation.run(500, &mut ()).unwrap();
     // What falls is told from what is wrong.
@@ -165,7 +167,8 @@ fn general<F, T>(
         let bins = ((slab.height() - 1.0) * 4.0).round();
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let profile =
-            EquationOfStateProfile::with_range(slab, 0.5, slab.height() - 0.5, bins as usize).unwrap();
+            EquationOfStateProfile::new(slab, Bins::count(bins as usize).from(0.5).to(slab.height() - 0.5))
+                .unwrap();
         let mut profile = Every::new(5, profile);
         simulation.run(16_000, &mut profile).unwrap();
         let certificate = simulation.certificate(tolerance).unwrap();

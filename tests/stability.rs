@@ -15,7 +15,7 @@ use gradient_mc::equation_of_state::{
 };
 use gradient_mc::field::{ExponentialField, FieldFn, UniformField};
 use gradient_mc::moves::{EventChains, FieldEvent, LocalMoves, Moves};
-use gradient_mc::observers::{CenterOfMass, DensityProfile, EquationOfStateProfile};
+use gradient_mc::observers::{Bins, CenterOfMass, DensityProfile, EquationOfStateProfile};
 use gradient_mc::start::{ClosePacked, Positions, RandomInsertion, Start, Theory};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal, TemperatureFn};
 use gradient_mc::{
@@ -28,9 +28,7 @@ const SPHERES_PER_AREA: f64 = 12.0;
 
 fn scene<F: Field, T: TemperatureProfile>(height: f64, width: f64, field: F, temperature: T) -> Scene<F, T> {
     let slab = Slab::new(height, width, width).unwrap();
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let particles = (SPHERES_PER_AREA * slab.base_area()).round() as usize;
-    Scene::new(slab, particles, field, temperature).unwrap()
+    Scene::with_column_density(slab, SPHERES_PER_AREA, field, temperature).unwrap()
 }
 
 /// In a uniform field; T = 6 packs the base as T = 20 does the paper's column.
@@ -248,8 +246,10 @@ fn profile(bin_width: f64) -> EquationOfStateProfile {
     let scene = column(1.5);
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let bins = (20.0 / bin_width) as usize;
-    let mut profile =
-        Every::new(5, EquationOfStateProfile::with_range(scene.slab(), 2.0, 22.0, bins).unwrap());
+    let mut profile = Every::new(
+        5,
+        EquationOfStateProfile::new(scene.slab(), Bins::count(bins).from(2.0).to(22.0)).unwrap(),
+    );
     let mut simulation = Simulation::builder(scene).moves(EventChains::default()).build().unwrap();
     simulation.equilibrate(200, &mut ()).unwrap();
     simulation.run(400, &mut profile).unwrap();
@@ -259,8 +259,10 @@ fn profile(bin_width: f64) -> EquationOfStateProfile {
 #[test]
 fn bins_that_see_nothing_or_too_much() {
     let scene = column(1.5);
-    let mut fine = Every::new(5, DensityProfile::with_range(scene.slab(), 2.0, 20.0, 6000).unwrap());
-    let mut coarse = Every::new(5, DensityProfile::with_range(scene.slab(), 2.0, 20.0, 36).unwrap());
+    let mut fine =
+        Every::new(5, DensityProfile::new(scene.slab(), Bins::count(6000).from(2.0).to(20.0)).unwrap());
+    let mut coarse =
+        Every::new(5, DensityProfile::new(scene.slab(), Bins::count(36).from(2.0).to(20.0)).unwrap());
     let mut simulation = Simulation::builder(scene).moves(EventChains::default()).build().unwrap();
     simulation.equilibrate(200, &mut ()).unwrap();
     simulation.run(400, &mut (&mut fine, &mut coarse)).unwrap();

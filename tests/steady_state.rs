@@ -7,7 +7,7 @@
 
 use gradient_mc::drive::{ClosedForm, Drive, Scheme, SelfConsistent};
 use gradient_mc::field::UniformField;
-use gradient_mc::observers::{CenterOfMass, DensityProfile};
+use gradient_mc::observers::{Bins, CenterOfMass, DensityProfile};
 use gradient_mc::start::{ClosePacked, RandomInsertion, Start};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{Every, Scene, Simulation, Slab, TemperatureProfile};
@@ -24,7 +24,8 @@ fn observe<T: TemperatureProfile, D: Drive<UniformField, T>>(
     sweeps: u64,
 ) -> Vec<f64> {
     let slab = *simulation.scene().slab();
-    let bands = DensityProfile::with_range(&slab, 0.5, 0.5 + BAND * BANDS as f64, BANDS).unwrap();
+    let bands =
+        DensityProfile::new(&slab, Bins::count(BANDS).from(0.5).to(0.5 + BAND * BANDS as f64)).unwrap();
     let mut observers = Every::new(10, (CenterOfMass::new(), bands));
     simulation.equilibrate(equilibration, &mut ()).unwrap();
     simulation.run(sweeps, &mut observers).unwrap();

@@ -5,7 +5,7 @@
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::EventChains;
 use gradient_mc::observers::{
-    BondOrder, CenterOfMass, DensityProfile, HexaticOrder, Layer, NeighborAngles, RadialDistribution,
+    Bins, BondOrder, CenterOfMass, DensityProfile, HexaticOrder, Layer, NeighborAngles, RadialDistribution,
     Structure, StructureProfile,
 };
 use gradient_mc::start::{Positions, RandomInsertion, Theory};
@@ -32,11 +32,11 @@ fn layers_at_the_base_of_a_fluid() {
     let builder = Simulation::builder(scene).start(Theory).moves(EventChains::default());
     let mut simulation = builder.seed(2).build().unwrap();
     simulation.equilibrate(500, &mut ()).unwrap();
-    let mut density = Every::new(2, DensityProfile::with_range(&slab, 0.5, 10.5, 100).unwrap());
+    let mut density = Every::new(2, DensityProfile::new(&slab, Bins::count(100).from(0.5).to(10.5)).unwrap());
     let mut distribution = RadialDistribution::new(&slab, 0.5, 0.6, 80).unwrap();
     let mut angles = NeighborAngles::new(&slab, 0.5, 0.6, 72).unwrap();
     let mut hexatic = HexaticOrder::new(&slab, 0.5, 1.0, 1.4).unwrap();
-    let mut structure = StructureProfile::with_range(&slab, 1.0, 13.0, 12).unwrap();
+    let mut structure = StructureProfile::new(&slab, Bins::count(12).from(1.0).to(13.0)).unwrap();
     let in_plane = Every::new(10, (&mut distribution, &mut angles, &mut hexatic));
     simulation.run(4000, &mut (&mut density, in_plane, Every::new(100, &mut structure))).unwrap();
 
@@ -51,7 +51,7 @@ fn layers_at_the_base_of_a_fluid() {
     let first = layers[0].lateral_density;
     assert!((first.mean - 0.771).abs() < 0.02 + 4.0 * first.standard_error, "{first}");
     assert!(first.standard_error < 0.01, "{first}");
-    assert_eq!(layers[0].position, Estimate::new(0.5, 0.0));
+    assert_eq!(layers[0].position, Estimate::exact(0.5));
     for (layer, low, high) in [(&layers[1], 1.44, 1.56), (&layers[2], 2.34, 2.5), (&layers[3], 3.2, 3.5)] {
         let position = layer.position;
         assert!(position.mean > low && position.mean < high && position.standard_error < 0.08, "{position}");
@@ -168,8 +168,8 @@ fn crystals_under_their_weight_keep_their_stacking() {
         let builder = Simulation::builder(scene).start(Positions(positions)).maximum_displacement(0.15);
         let mut simulation = builder.seed(4).build().unwrap();
         simulation.equilibrate(6000, &mut ()).unwrap();
-        let mut density = DensityProfile::with_range(&slab, 0.5, 20.5, 800).unwrap();
-        let mut structure = StructureProfile::new(&slab, 30).unwrap();
+        let mut density = DensityProfile::new(&slab, Bins::count(800).from(0.5).to(20.5)).unwrap();
+        let mut structure = StructureProfile::new(&slab, Bins::count(30)).unwrap();
         let mut distribution = RadialDistribution::new(&slab, 0.5, 0.6, 100).unwrap();
         let mut angles = NeighborAngles::new(&slab, 0.5, 0.6, 72).unwrap();
         let mut hexatic = HexaticOrder::new(&slab, 0.5, 0.9, 1.4).unwrap();

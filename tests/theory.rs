@@ -5,7 +5,7 @@
 
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use gradient_mc::equation_of_state::{
-    CarnahanStarling, Coexistence, Domain, DomainSide, FluidSolid, IdealGas, ModifiedKolafa,
+    CarnahanStarling, Coexistence, Domain, DomainSide, FREEZING, FluidSolid, IdealGas, ModifiedKolafa,
     PercusYevickCompressibility, PercusYevickVirial, SpeedySolid, VirialSeries, number_density,
 };
 use gradient_mc::field::{ExponentialField, FieldFn, LinearField, UniformField};
@@ -828,6 +828,17 @@ fn coexistence_without_weight_has_no_profile() {
     assert!(matches!(column.column_density(20.0 * density), Err(Error::HydrostaticsNotConverged { .. })));
     assert!(column.column_density(20.0 * number_density(0.45)).is_ok());
     assert!(column.column_density(20.0 * number_density(0.6)).is_ok());
+}
+
+/// Taken for a column between x = 0.25 and a quarter of a diameter below the lid, the fluid of this box would be beyond freezing.
+#[test]
+fn a_box_of_fluid_close_to_freezing_has_a_profile() {
+    let weightless = UniformField::new(0.0).unwrap();
+    let slab = Slab::new(42.736, 25.0, 25.0).unwrap();
+    let theory = Hydrostatics::new(weightless, Isothermal::new(20.0).unwrap(), spheres());
+    let profile = theory.between_walls(&slab, slab.height() * number_density(0.488)).unwrap();
+    let eta = profile.base_packing_fraction();
+    assert!(eta > 0.4905 && eta < FREEZING, "{eta}");
 }
 
 proptest! {

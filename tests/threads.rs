@@ -7,7 +7,7 @@
 
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves};
-use gradient_mc::observers::ChainPressureProfile;
+use gradient_mc::observers::{Bins, ChainPressureProfile};
 use gradient_mc::start::RandomInsertion;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{
@@ -97,7 +97,7 @@ fn run_chains(threads: usize, local: bool) -> (Vec<Vector3<f64>>, MoveCounts, Ch
     let builder = Simulation::builder(scene).moves(chains).seed(9);
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
     pool.install(|| {
-        let mut pressure = ChainPressureProfile::new(&slab, 10)?;
+        let mut pressure = ChainPressureProfile::new(&slab, Bins::count(10))?;
         let mut simulation = builder.build()?;
         simulation.equilibrate(2, &mut ())?;
         simulation.run(2, &mut ())?;

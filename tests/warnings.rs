@@ -10,7 +10,7 @@ use gradient_mc::equation_of_state::{
 };
 use gradient_mc::field::{ExponentialField, UniformField};
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
-use gradient_mc::observers::{DensityProfile, EquationOfStateProfile};
+use gradient_mc::observers::{Bins, DensityProfile, EquationOfStateProfile};
 use gradient_mc::start::{ClosePacked, RandomInsertion, Start, Theory};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal, TemperatureFn};
 use gradient_mc::{
@@ -23,9 +23,7 @@ const TEMPERATURE: f64 = 3.75;
 
 fn scene<F: Field, T: TemperatureProfile>(height: f64, width: f64, field: F, temperature: T) -> Scene<F, T> {
     let slab = Slab::new(height, width, width).unwrap();
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let particles = (SPHERES_PER_AREA * slab.base_area()).round() as usize;
-    Scene::new(slab, particles, field, temperature).unwrap()
+    Scene::with_column_density(slab, SPHERES_PER_AREA, field, temperature).unwrap()
 }
 
 fn isothermal(height: f64, temperature: f64) -> Scene<UniformField, Isothermal> {
@@ -96,8 +94,8 @@ fn isothermal_columns_that_are_as_they_should_be_are_not_warned_of() {
     for seed in 1..=3 {
         let slab = *column().slab();
         let mut profiles = (
-            DensityProfile::new(&slab, 200).unwrap(),
-            EquationOfStateProfile::with_range(&slab, 0.0, 50.0, 100).unwrap(),
+            DensityProfile::new(&slab, Bins::count(200)).unwrap(),
+            EquationOfStateProfile::new(&slab, Bins::count(100).from(0.0).to(50.0)).unwrap(),
         );
         let warnings = healthy(ClosedForm, [800, 4000], seed).of(column(), &mut profiles);
         assert_none(&warnings, "case (a), chains");
@@ -217,7 +215,7 @@ fn a_field_that_is_not_that_of_its_density_is_warned_of() {
 #[test]
 fn a_lid_that_carries_pressure_is_warned_of() {
     let scene = isothermal(16.0, TEMPERATURE);
-    let mut top = DensityProfile::with_range(scene.slab(), 13.5, 14.5, 1).unwrap();
+    let mut top = DensityProfile::new(scene.slab(), Bins::count(1).from(13.5).to(14.5)).unwrap();
     let warnings = healthy(ClosedForm, [500, 3000], 1).of(scene, &mut top);
     // By the density two diameters below the lid, where the layers are faint, and an equation of state.
     let density = top.means()[0];
@@ -245,10 +243,9 @@ fn a_column_that_freezes_is_warned_of_and_so_is_a_box_that_does_not_fit() {
     let temperature = 0.6;
     let cold = |width_y: f64, width_z: f64| {
         let slab = Slab::new(30.0, width_y, width_z).unwrap();
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let particles = (SPHERES_PER_AREA * slab.base_area()).round() as usize;
         let isothermal = Isothermal::new(temperature).unwrap();
-        let scene = Scene::new(slab, particles, UniformField::default(), isothermal).unwrap();
+        let scene =
+            Scene::with_column_density(slab, SPHERES_PER_AREA, UniformField::default(), isothermal).unwrap();
         local(ClosePacked, 0.1, [0, 200]).of(scene, &mut ())
     };
     let warnings = cold(6.0, 6.0);
@@ -332,8 +329,8 @@ fn theory_profiles_say_where_they_are_wrong() {
 fn bins_that_say_nothing_are_warned_of() {
     let slab = *column().slab();
     // Bins of a hundredth of a diameter, seen twenty times.
-    let mut narrow = DensityProfile::new(&slab, 10_000).unwrap();
-    let mut states = EquationOfStateProfile::new(&slab, 10_000).unwrap();
+    let mut narrow = DensityProfile::new(&slab, Bins::count(10_000)).unwrap();
+    let mut states = EquationOfStateProfile::new(&slab, Bins::count(10_000)).unwrap();
     local(Theory, 0.5, [10, 20]).of(column(), &mut (&mut narrow, &mut states));
     for warnings in [narrow.warnings(), states.warnings()] {
         assert_warned!(
@@ -344,6 +341,6 @@ fn bins_that_say_nothing_are_warned_of() {
         assert_warned!(warnings, Warning::ThinBins { bins, blocks: 1, .. } if *bins > 100);
     }
     // Nothing seen at all: every bin in which a center can be.
-    let unused = DensityProfile::new(&slab, 100).unwrap().warnings();
+    let unused = DensityProfile::new(&slab, Bins::count(100)).unwrap().warnings();
     assert_eq!(unused, [Warning::EmptyBins { bins: 100, lowest_height: 0.5, highest_height: 99.5 }]);
 }

@@ -127,10 +127,8 @@ impl Method {
 }
 
 fn scene(width: f64, temperature: f64) -> Result<Scene<UniformField, Isothermal>, Error> {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let particles = (COLUMN_DENSITY * width * width).round() as usize;
     let slab = Slab::new(HEIGHT, width, width)?;
-    Scene::new(slab, particles, UniformField::default(), Isothermal::new(temperature)?)
+    Scene::with_column_density(slab, COLUMN_DENSITY, UniformField::default(), Isothermal::new(temperature)?)
 }
 
 /// Independent states at a temperature.
@@ -318,9 +316,7 @@ fn main() -> Result<(), Error> {
             continue;
         }
         let row = measure(method, width, &states, seconds)?;
-        let text = |estimate: Estimate| {
-            Estimate::new(1e3 * estimate.mean, 1e3 * estimate.standard_error).to_string()
-        };
+        let text = |estimate: Estimate| (1e3 * estimate).to_string();
         let [layer, bulk] = [row.layer, row.bulk].map(|found| found.map_or("?".to_string(), text));
         println!("{name:<38} {:>14} {layer:>14} {bulk:>14} {:>12.2}", text(row.relaxation), row.rate);
     }

@@ -10,9 +10,6 @@
 
 #![allow(clippy::print_stdout)]
 
-#[path = "../plain/mod.rs"]
-mod plain;
-
 mod feedback;
 mod packing;
 mod sizes;
@@ -26,7 +23,7 @@ use gradient_mc::start::Positions;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Error, Scene, Simulation, Slab};
 use paper::Failure;
-use plain::PlainColumn;
+use paper::plain::PlainColumn;
 use rustix::time::{ClockId, clock_gettime};
 use std::path::PathBuf;
 

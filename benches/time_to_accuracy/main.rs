@@ -13,9 +13,6 @@
 
 #![allow(clippy::print_stdout)]
 
-#[path = "../plain/mod.rs"]
-mod plain;
-
 mod chart;
 mod column;
 mod methods;

@@ -1,7 +1,6 @@
 //! The ways of moving a column, behind one face.
 
 use crate::column::{HEIGHT, TEMPERATURE, particles};
-use crate::plain::PlainColumn;
 use gradient_mc::drive::Drive;
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
@@ -9,6 +8,7 @@ use gradient_mc::start::{RandomInsertion, Start, Theory};
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Field, Scene, Simulation, Slab, TemperatureProfile};
 use paper::Failure;
+use paper::plain::PlainColumn;
 
 /// The paper's largest displacement.
 const DISPLACEMENT: f64 = 0.75;

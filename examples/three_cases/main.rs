@@ -21,13 +21,12 @@ mod report;
 mod summary;
 
 use case::Case;
-use clap::Parser;
 use gradient_mc::observers::MAXIMUM_BINS;
 use gradient_mc::{Error, Slab};
 use measurement::Replica;
 use paper::interrupt::Interrupt;
 use paper::progress::{Progress, in_words};
-use paper::{Ending, Failure, conclude, output, replicas};
+use paper::{Ending, Failure, Session, replicas, study};
 use protocol::{Arguments, Protocol};
 use report::Report;
 use std::path::Path;
@@ -35,7 +34,7 @@ use std::process::ExitCode;
 use std::time::{Duration, Instant};
 
 fn main() -> ExitCode {
-    conclude(run(&Arguments::parse()))
+    study::main("three_cases", run)
 }
 
 /// Refuses what cannot be simulated before anything starts, in the words of the command line.
@@ -67,15 +66,13 @@ fn check(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-fn run(arguments: &Arguments) -> Result<Ending, Failure> {
+fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     check(arguments)?;
-    let protocol = Protocol::new(arguments)?;
-    let directory = arguments.shared.directory("three_cases");
-    output::create_directory(&directory)?;
-    let interrupt = Interrupt::listen()?;
+    let protocol = Protocol::new(arguments, session)?;
+    let (directory, interrupt) = (&session.directory, &session.interrupt);
     println!("{protocol}");
     if arguments.paper {
-        announce_duration(&protocol, arguments.shared.threads, &interrupt)?;
+        announce_duration(&protocol, session.threads, interrupt)?;
     }
 
     let started = Instant::now();
@@ -84,8 +81,8 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         .flat_map(|case| (0..protocol.replicas).map(move |replica| (case, replica)))
         .collect();
     let progress = Progress::new(tasks.len() as u64 * protocol.sweeps_per_replica(), "three cases");
-    let measured = replicas::in_parallel(arguments.shared.threads, tasks, |(case, replica)| {
-        case.simulate(&protocol, protocol.seed(case, replica), &interrupt, &progress)
+    let measured = replicas::in_parallel(session.threads, tasks, |(case, replica)| {
+        case.simulate(&protocol, protocol.seed(case, replica), interrupt, &progress)
     })?;
     progress.finish();
     let elapsed = started.elapsed();
@@ -96,7 +93,7 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         // An interrupt may come before anything was measured, or before it is enough for an error bar; that
         // must not cost the cases that are complete.
         let outcome = if replicas.iter().any(|replica| replica.measured > 0) {
-            write_case(case, replicas, &protocol, &directory)
+            write_case(case, replicas, &protocol, directory)
         } else {
             Err(Error::TooFewObservations { what: "", available: 0, needed: 16 }.into())
         };
@@ -110,7 +107,7 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     }
     if !reports.is_empty() {
         println!("\n{}", summary::table(&reports));
-        println!("{}", summary::remarks(&protocol, &reports, arguments.shared.threads, elapsed));
+        println!("{}", summary::remarks(&protocol, &reports, session.threads, elapsed));
         println!("written to {}", directory.display());
     }
     Ok(if interrupt.pressed() { Ending::Interrupted } else { Ending::Finished })

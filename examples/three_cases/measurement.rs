@@ -2,13 +2,14 @@
 
 use super::protocol::{Protocol, StartChoice};
 use gradient_mc::drive::{Drive, ForceBalance, Scheme};
-use gradient_mc::observers::{CenterOfMass, EquationOfStateProfile};
+use gradient_mc::observers::{Bins, CenterOfMass, EquationOfStateProfile};
 use gradient_mc::{Every, Field, MoveCounts, Scene, Simulation, TemperatureProfile, Warning, start};
 use paper::Failure;
+use paper::clock::cpu_seconds;
 use paper::interrupt::Interrupt;
 use paper::progress::Progress;
 use paper::replicas::in_chunks;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Sweeps between two looks at the configuration: counting spheres costs less than moving them, but
 /// not nothing, and neighboring sweeps look alike.
@@ -61,14 +62,14 @@ fn measure<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
     interrupt: &Interrupt,
     progress: &Progress,
 ) -> Result<Replica, Failure> {
-    let clock = Clock::start();
+    let started = cpu_seconds();
     in_chunks(protocol.equilibration, interrupt, progress, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
     let equilibrated = *simulation.move_counts();
     let mut center_of_mass = Every::new(OBSERVATION_INTERVAL, CenterOfMass::new());
     let mut profiles = Vec::new();
     let mut measured = 0;
     for &sweeps in &protocol.intervals {
-        let profile = EquationOfStateProfile::new(simulation.scene().slab(), protocol.bins())?;
+        let profile = EquationOfStateProfile::new(simulation.scene().slab(), Bins::count(protocol.bins()))?;
         let mut profile = Every::new(OBSERVATION_INTERVAL, profile);
         let done = in_chunks(sweeps, interrupt, progress, |sweeps| {
             simulation.run(sweeps, &mut (&mut profile, &mut center_of_mass))
@@ -86,32 +87,7 @@ fn measure<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
         warnings: simulation.warnings(),
         production: simulation.move_counts().since(&equilibrated),
         total: *simulation.move_counts(),
-        busy: clock.elapsed(),
+        busy: Duration::from_secs_f64(cpu_seconds() - started),
         measured,
     })
-}
-
-/// Processor time of this thread where the system tells it, otherwise the time on the wall.
-struct Clock {
-    wall: Instant,
-    processor: Option<Duration>,
-}
-
-impl Clock {
-    fn start() -> Self {
-        Self { wall: Instant::now(), processor: Self::processor_time() }
-    }
-
-    fn elapsed(&self) -> Duration {
-        match (self.processor, Self::processor_time()) {
-            (Some(start), Some(now)) => now.saturating_sub(start),
-            _ => self.wall.elapsed(),
-        }
-    }
-
-    /// Linux: nanoseconds that the calling thread has run.
-    fn processor_time() -> Option<Duration> {
-        let statistics = std::fs::read_to_string("/proc/thread-self/schedstat").ok()?;
-        statistics.split_whitespace().next()?.parse().ok().map(Duration::from_nanos)
-    }
 }

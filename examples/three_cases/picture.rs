@@ -130,18 +130,14 @@ fn deviation(report: &Report) -> Panel {
         "",
         colors::GRAY,
         Mark::Dots,
-        report.bulk().map(|bin| Point {
-            x: bin.packing_fraction(),
-            y: 100.0 * bin.against_carnahan_starling.mean,
-            error: 100.0 * bin.against_carnahan_starling.standard_error,
-        }),
+        report.bulk().map(|bin| Point::percent(bin.packing_fraction(), bin.against_carnahan_starling)),
     )
     .line("", colors::VERMILION, Mark::Line, [(0.0, 0.0), (densest, 0.0)])
     .line("", colors::BLUE, Mark::Dashed, curve)
 }
 
 fn density_point(bin: &Bin) -> Point {
-    Point { x: bin.height, y: bin.number_density.mean, error: bin.number_density.standard_error }
+    Point::of(bin.height, bin.number_density)
 }
 
 fn theory(report: &Report) -> impl Iterator<Item = (f64, f64)> + '_ {

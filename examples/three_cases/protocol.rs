@@ -1,20 +1,16 @@
 //! How long, how many and from where: the command line, made definite.
 
 use super::case::Case;
-use clap::{Parser, ValueEnum};
+use clap::ValueEnum;
 use gradient_mc::Slab;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
-use paper::Failure;
-use paper::arguments::SharedArguments;
+use paper::study::count;
+use paper::{Failure, Session};
 use std::fmt;
 
 /// Simulates the three systems of doi:10.1103/PhysRevE.83.061306 and compares each with theory.
-#[derive(Parser, Debug)]
-#[command(name = "three_cases")]
+#[derive(clap::Args, Debug)]
 pub(crate) struct Arguments {
-    #[command(flatten)]
-    pub(crate) shared: SharedArguments,
-
     /// Where the spheres are at first [default: theory; with --paper: uniform]
     #[arg(long, value_enum)]
     pub(crate) start: Option<StartChoice>,
@@ -100,7 +96,7 @@ pub(crate) struct Protocol {
     /// Consecutive intervals of measurement, in sweeps: the paper's runs.
     pub(crate) intervals: Vec<u64>,
     pub(crate) bin_width: f64,
-    seed: u64,
+    first_seed: u64,
 }
 
 impl Protocol {
@@ -111,10 +107,10 @@ impl Protocol {
     /// Largest displacement in a trial move, in diameters.
     const MAXIMUM_DISPLACEMENT: f64 = 0.75;
 
-    pub(crate) fn new(arguments: &Arguments) -> Result<Self, Failure> {
+    pub(crate) fn new(arguments: &Arguments, session: &Session) -> Result<Self, Failure> {
         let choose =
             |given: Option<u64>, paper, usual| given.unwrap_or(if arguments.paper { paper } else { usual });
-        let sweeps = choose(arguments.sweeps, 500_000, 450);
+        let sweeps = choose(arguments.sweeps, 500_000, session.choose(450, 60));
         let count = if arguments.paper { 5 } else { 1 };
         let replicas = choose(arguments.replicas, 1, 4);
         if replicas == 0 {
@@ -128,10 +124,10 @@ impl Protocol {
             scheme: arguments.scheme,
             particles: arguments.particles,
             replicas,
-            equilibration: choose(arguments.equilibration, 500_000, 400),
+            equilibration: choose(arguments.equilibration, 500_000, session.choose(400, 60)),
             intervals: (0..count).map(|k| sweeps * (k + 1) / count - sweeps * k / count).collect(),
             bin_width: arguments.bin_width.unwrap_or(if arguments.paper { 0.1 } else { 0.5 }),
-            seed: arguments.shared.seed,
+            first_seed: session.seed(0),
         })
     }
 
@@ -166,9 +162,7 @@ impl Protocol {
 
     /// Bins of the whole height, as near to the width asked for as divides it.
     pub(crate) fn bins(&self) -> usize {
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let bins = (Self::HEIGHT / self.bin_width).round().max(0.0) as usize;
-        bins
+        count(Self::HEIGHT / self.bin_width)
     }
 
     /// Sweeps of one replica, equilibration included.
@@ -178,8 +172,7 @@ impl Protocol {
 
     /// Seed of a replica: the same for any number of threads.
     pub(crate) fn seed(&self, case: Case, replica: u64) -> u64 {
-        // The generator scrambles its seed, so neighbors are as good as any.
-        self.seed.wrapping_mul(1_000_003).wrapping_add(replica * Case::ALL.len() as u64 + case as u64)
+        self.first_seed.wrapping_add(replica * Case::ALL.len() as u64 + case as u64)
     }
 }
 

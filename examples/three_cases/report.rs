@@ -8,9 +8,10 @@ use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa, packing_f
 use gradient_mc::hydrostatics::Hydrostatics;
 use gradient_mc::observers::{CenterOfMass, EquationOfStateProfile};
 use gradient_mc::statistics::{Estimate, deviations};
-use gradient_mc::{EquationOfState, MoveCounts};
+use gradient_mc::{Merge, MoveCounts};
 use paper::Failure;
 use paper::output::write_csv;
+use paper::row;
 use paper::warnings;
 use std::path::Path;
 use std::time::Duration;
@@ -63,7 +64,7 @@ pub(crate) struct Comparison {
 impl Comparison {
     fn new(points: impl Iterator<Item = (f64, Estimate)>) -> Self {
         let (mut squares, mut noise, mut spread, mut count) = (0.0, 0.0, 0.0, 0.0);
-        let (mut largest, mut largest_at) = (Estimate::new(0.0, 0.0), f64::NAN);
+        let (mut largest, mut largest_at) = (Estimate::exact(0.0), f64::NAN);
         for (packing_fraction, deviation) in points {
             let square = deviation.mean * deviation.mean;
             let variance = deviation.standard_error * deviation.standard_error;
@@ -149,10 +150,8 @@ impl Report {
         let theory = Hydrostatics::new(&field, &temperature, &CarnahanStarling)
             .lid(Protocol::HEIGHT)
             .column_density(Protocol::COLUMN_DENSITY)?;
-        let against_carnahan_starling =
-            pooled.deviations_from(|eta| CarnahanStarling.compressibility_factor(eta))?;
-        let against_modified_kolafa =
-            pooled.deviations_from(|eta| ModifiedKolafa.compressibility_factor(eta))?;
+        let against_carnahan_starling = pooled.deviations_from(&CarnahanStarling)?;
+        let against_modified_kolafa = pooled.deviations_from(&ModifiedKolafa)?;
         let bins: Vec<Bin> = pooled
             .points()?
             .iter()
@@ -225,24 +224,13 @@ impl Report {
             path,
             "height in d; densities in 1/d^3; pressures in m g/d^2; temperature in m g d; errors are one \
              standard error; theory is hydrostatics with the Carnahan-Starling equation of state",
-            [
-                "height",
-                "number_density",
-                "number_density_error",
-                "pressure",
-                "pressure_error",
-                "temperature",
-                "packing_fraction",
-                "number_density_theory",
-                "pressure_theory",
-            ],
+            "height, number_density, number_density_error, pressure, pressure_error, \
+             temperature, packing_fraction, number_density_theory, pressure_theory",
             self.bins.iter().map(|bin| {
-                [
+                row![
                     bin.height,
-                    bin.number_density.mean,
-                    bin.number_density.standard_error,
-                    bin.pressure.mean,
-                    bin.pressure.standard_error,
+                    bin.number_density,
+                    bin.pressure,
                     bin.temperature,
                     bin.packing_fraction(),
                     bin.number_density_theory,

@@ -66,7 +66,7 @@ pub(crate) fn table(reports: &[Report]) -> Table {
 }
 
 fn in_percent(fraction: Estimate) -> String {
-    format!("{} %", Estimate::new(100.0 * fraction.mean, 100.0 * fraction.standard_error))
+    format!("{} %", 100.0 * fraction)
 }
 
 fn percent(fraction: f64) -> String {

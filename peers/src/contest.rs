@@ -8,6 +8,8 @@ use rustix::time::{ClockId, clock_gettime};
 pub(crate) struct Count {
     pub(crate) trials: u64,
     pub(crate) accepted: u64,
+    /// Rejected because they would leave the domain of a sweep, which only one of the engines has.
+    pub(crate) left_domain: u64,
 }
 
 /// Something that sweeps.
@@ -64,6 +66,11 @@ impl Outcome {
         self.count.accepted as f64 / self.count.trials as f64
     }
 
+    /// Acceptance of the trials that stay in the domain of their sweep.
+    pub(crate) fn acceptance_inside(&self) -> f64 {
+        self.count.accepted as f64 / (self.count.trials - self.count.left_domain) as f64
+    }
+
     /// Median over turns of the ratio of the rates.
     pub(crate) fn over(&self, other: &Self) -> f64 {
         median(self.rates.iter().zip(&other.rates).map(|(mine, theirs)| mine / theirs).collect())
@@ -113,6 +120,7 @@ pub(crate) fn contest(
             outcome.rates.push(1e-6 * count.trials as f64 / elapsed);
             outcome.count.trials += count.trials;
             outcome.count.accepted += count.accepted;
+            outcome.count.left_domain += count.left_domain;
         }
     }
     Ok(outcomes)

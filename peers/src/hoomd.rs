@@ -156,7 +156,7 @@ where
                     *since_sort = 0;
                 }
             }
-            Count { trials: count.total(), accepted: count.accepted }
+            Count { trials: count.total(), accepted: count.accepted, left_domain: 0 }
         };
         Ok(match &self.pool {
             Some(pool) => pool.install(run),

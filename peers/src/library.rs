@@ -6,7 +6,7 @@ use crate::state::State;
 use gradient_mc::field::UniformField;
 use gradient_mc::start::Positions;
 use gradient_mc::temperature::Isothermal;
-use gradient_mc::{Scene, Simulation, Slab, Vector3};
+use gradient_mc::{MoveCounts, Scene, Simulation, Slab, Vector3};
 
 /// A simulation by local moves.
 #[derive(Debug)]
@@ -57,7 +57,7 @@ impl Engine for Library {
     fn run(&mut self, sweeps: u64) -> Result<Count, Failure> {
         let before = *self.simulation.move_counts();
         self.simulation.run(sweeps, &mut ())?;
-        let move_counts = self.simulation.move_counts().since(&before);
-        Ok(Count { trials: move_counts.trials, accepted: move_counts.accepted })
+        let MoveCounts { trials, accepted, left_domain, .. } = self.simulation.move_counts().since(&before);
+        Ok(Count { trials, accepted, left_domain })
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::equation_of_state::{EquationOfState, FREEZING, FluidSolid, ModifiedKolafa};
 use crate::statistics::Estimate;
-use crate::{Error, Field, HydrostaticProfile, Hydrostatics, Scene, TemperatureProfile, Warning};
+use crate::{Error, Field, HydrostaticProfile, Scene, TemperatureProfile, Warning};
 
 /// The theory profile of a scene between its walls, and what follows from it.
 #[derive(Debug, Clone)]
@@ -23,12 +23,10 @@ impl Expectation {
     const SIGNIFICANT: f64 = 6.0;
 
     pub(super) fn new<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>) -> Result<Self, Error> {
-        let theory = Hydrostatics::new(scene.field(), scene.temperature(), FluidSolid::default());
-        let profile = theory.between_walls(scene.slab(), scene.column_density()).or_else(|_| {
+        let profile = scene
+            .hydrostatics(&FluidSolid::default())
             // The front between fluid and solid is the hardest; a metastable fluid has none, and says so.
-            let fluid = Hydrostatics::new(scene.field(), scene.temperature(), ModifiedKolafa);
-            fluid.between_walls(scene.slab(), scene.column_density())
-        })?;
+            .or_else(|_| scene.hydrostatics(&ModifiedKolafa))?;
         Ok(Self { profile, particles: scene.particles(), lowest: scene.slab().lowest_center() })
     }
 
@@ -107,9 +105,9 @@ impl Expectation {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Slab;
     use crate::field::{ExponentialField, SumField, UniformField};
     use crate::temperature::Isothermal;
+    use crate::{Hydrostatics, Slab};
 
     /// dh/dε of a field to which ε is added, by two solutions.
     fn response<F: Field + Copy>(field: F, temperature: f64, slab: &Slab, spheres: f64) -> f64 {

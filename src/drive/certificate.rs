@@ -4,7 +4,7 @@ use super::Drive;
 use super::column_average::LidContact;
 use super::effective_potential::EffectivePotential;
 use crate::statistics::{BlockAverages, Estimate, drift};
-use crate::{Centers, Error, Field, Scene, TemperatureProfile};
+use crate::{Centers, Error, Field, Merge, Scene, TemperatureProfile};
 use std::fmt;
 
 /// Both sides of the sum rule that the effective field must fulfil, from the production run of a mapped scene.
@@ -117,18 +117,6 @@ impl ForceBalance {
     #[must_use]
     pub fn observations(&self) -> u64 {
         self.averages.observations()
-    }
-
-    /// Adds what an independent replica of the scene has seen.
-    ///
-    /// # Errors
-    /// [`Error::InvalidParameter`] unless the numbers of bands are the same.
-    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
-        self.averages.merge(&other.averages)?;
-        self.replica_drifts.extend(other.own_drift().ok());
-        self.replica_drifts.extend_from_slice(&other.replica_drifts);
-        self.certifiable &= other.certifiable;
-        Ok(())
     }
 
     /// Heights, `P_iso` T/W there, and W over the largest W; upwards.
@@ -259,6 +247,16 @@ impl ForceBalance {
             drift,
             effective_sample_size,
         })
+    }
+}
+
+impl Merge for ForceBalance {
+    fn merge(&mut self, other: &Self) -> Result<(), Error> {
+        self.averages.merge(&other.averages)?;
+        self.replica_drifts.extend(other.own_drift().ok());
+        self.replica_drifts.extend_from_slice(&other.replica_drifts);
+        self.certifiable &= other.certifiable;
+        Ok(())
     }
 }
 

@@ -2,7 +2,6 @@
 
 use super::effective_potential::EffectivePotential;
 use crate::equation_of_state::EquationOfState;
-use crate::hydrostatics::Hydrostatics;
 use crate::{Centers, Error, Field, Scene, TemperatureProfile};
 
 /// Numbers and weights in bins, summed over configurations, and what they say of P/n.
@@ -128,8 +127,7 @@ impl Prior {
         equation_of_state: &impl EquationOfState,
         weight: f64,
     ) -> Result<Self, Error> {
-        let profile = Hydrostatics::new(scene.field(), scene.temperature(), equation_of_state)
-            .between_walls(scene.slab(), scene.column_density())?;
+        let profile = scene.hydrostatics(equation_of_state)?;
         let temperature = |height: f64| scene.temperature().temperature(height);
         let ratio = |height: f64| {
             let factor = equation_of_state.compressibility_factor(profile.packing_fraction(height));
@@ -221,9 +219,7 @@ mod tests {
         let worst = |width: f64| {
             let potential = EffectivePotential::new(&scene, width).unwrap();
             let prior = Prior::new(&scene, &potential, &ModifiedKolafa, 1e-9).unwrap();
-            let theory = Hydrostatics::new(scene.field(), scene.temperature(), ModifiedKolafa)
-                .between_walls(&slab, scene.column_density())
-                .unwrap();
+            let theory = scene.hydrostatics(&ModifiedKolafa).unwrap();
             let mut average = ColumnAverage::new(potential.bins());
             average.configurations = 1;
             for (bin, height) in potential.heights().enumerate() {

@@ -1,7 +1,7 @@
 //! What the noise of counts does to an effective field that is made of them (`docs/seven_per_cent.md`).
 
 use crate::equation_of_state::{EquationOfState, FluidSolid, packing_fraction};
-use crate::{Error, Field, HydrostaticProfile, Hydrostatics, Scene, TemperatureProfile, Warning};
+use crate::{Error, Field, HydrostaticProfile, Scene, TemperatureProfile, Warning};
 
 /// Below this deviation of P it does not matter.
 const SMALLEST_DEVIATION: f64 = 1e-3;
@@ -12,15 +12,14 @@ const SMALLEST_DEVIATION: f64 = 1e-3;
 /// empty bin counts as an ideal gas, so that P/(nTZ) = 1/(1 − (T/P) ∫ₓ (b − 1) (P/T) (−T'/T) dx').
 ///
 /// # Errors
-/// As [`Hydrostatics::between_walls`].
+/// As [`Scene::hydrostatics`].
 pub(super) fn warning<F: Field, T: TemperatureProfile>(
     scene: &Scene<F, T>,
     bin_width: f64,
 ) -> Result<Option<Warning>, Error> {
     /// Of the column, with equally many spheres.
     const PARTS: u32 = 64;
-    let theory = Hydrostatics::new(scene.field(), scene.temperature(), FluidSolid::default())
-        .between_walls(scene.slab(), scene.column_density())?;
+    let theory = scene.hydrostatics(&FluidSolid::default())?;
     let pressure_deviation = deviation(scene, &theory, bin_width, theory.base());
     let density = |part: u32| {
         theory.number_density(theory.height_of_fraction((f64::from(part) + 0.5) / f64::from(PARTS)))
@@ -95,9 +94,7 @@ mod tests {
     #[test]
     fn it_is_what_the_paper_saw() {
         let scene = column(25.0, ExponentialTemperature::new(20.0, 0.05).unwrap());
-        let theory = Hydrostatics::new(scene.field(), scene.temperature(), FluidSolid::default())
-            .between_walls(scene.slab(), 40.0)
-            .unwrap();
+        let theory = scene.hydrostatics(&FluidSolid::default()).unwrap();
         // The table there: in per cent, at heights 10 and 26, for moves of S = 0.75.
         for (bin, low, high) in [(0.1, 8.2, 3.6), (0.05, 20.2, 8.2), (0.2, 3.4, 1.5), (0.5, 0.9, 0.4)] {
             let (cube, part): (f64, f64) = (0.75 * 0.75 * 0.75, 0.75 * 0.75 - bin * bin);

@@ -16,7 +16,7 @@ mod profile;
 pub use profile::{DomainExit, HydrostaticProfile};
 
 use crate::equation_of_state::{DomainSide, EquationOfState};
-use crate::{Error, Field, Slab, TemperatureProfile};
+use crate::{Error, Field, Scene, Slab, TemperatureProfile};
 use legendre::Legendre;
 use march::{Column, Panel};
 use std::cell::Cell;
@@ -87,7 +87,7 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
     /// too far from x = 0, or a lid that is not above the base; [`Error::InvalidField`] and [`Error::InvalidTemperature`] where the scene
     /// is not usable; [`Error::EquationOfStateExhausted`] if no state carries the weight;
     /// [`Error::UnboundedColumn`] if the column is open and the field does not hold it;
-    /// [`Error::HydrostaticsNotConverged`] for a scene beyond the solver.
+    /// [`Error::HydrostaticsNotConverged`] for a scene beyond the solver, which gives up after 60 000 panels, a second or two.
     pub fn column_density(&self, spheres: f64) -> Result<HydrostaticProfile, Error> {
         let spheres = Error::require_positive("column density", spheres)?;
         let column = self.column()?;
@@ -129,7 +129,8 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
         };
         let with_walls =
             |base: f64, lid: f64| self.clone().base(base).lid(slab.height() - lid).column_density(spheres);
-        let near = with_walls(0.25, 0.25)?;
+        // A box so full that this leaves no room for its fluid may still be wide enough for it.
+        let near = with_walls(0.25, 0.25).or_else(|_| with_walls(0.0, 0.0))?;
         let at_lid = near.packing_fraction(near.top());
         // One step is enough: a base that is off by 0.1 changes the packing fraction there by some thousandths.
         with_walls(beginning(near.base_packing_fraction()), beginning(at_lid))
@@ -171,6 +172,31 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
             rule: Legendre::new(),
             trials: Cell::new(0),
         })
+    }
+}
+
+impl<F: Field, T: TemperatureProfile> Scene<F, T> {
+    /// The theory profile of this scene: [`Hydrostatics::between_walls`] with its field, temperature, slab and number of
+    /// spheres.
+    ///
+    /// ```
+    /// use gradient_mc::equation_of_state::ModifiedKolafa;
+    /// use gradient_mc::{Scene, Slab, field::UniformField, temperature::Isothermal};
+    /// let slab = Slab::new(400.0, 25.0, 25.0)?;
+    /// let scene = Scene::with_column_density(slab, 40.0, UniformField::default(), Isothermal::new(15.0)?)?;
+    /// let theory = scene.hydrostatics(&ModifiedKolafa)?;
+    /// println!("{:.2} at the center of mass, {:.2}", theory.number_density(40.0), theory.center_of_mass());
+    /// # Ok::<(), gradient_mc::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`Hydrostatics::column_density`].
+    pub fn hydrostatics<E: EquationOfState + ?Sized>(
+        &self,
+        equation_of_state: &E,
+    ) -> Result<HydrostaticProfile, Error> {
+        Hydrostatics::new(self.field(), self.temperature(), equation_of_state)
+            .between_walls(self.slab(), self.column_density())
     }
 }
 

@@ -1,7 +1,7 @@
 //! The candidates of the ladder for one scene, and the one that is enough.
 
-use super::estimate::Outlook;
 use super::ideal_column::IdealColumn;
+use super::outlook::Outlook;
 use super::plan::{MonteCarloPlan, MoveFamily};
 use super::reason::{Percent, Reason, Wall};
 use super::total_variation;

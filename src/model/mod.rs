@@ -15,8 +15,8 @@
 
 mod choice;
 mod constants;
-mod estimate;
 mod ideal_column;
+mod outlook;
 mod plan;
 mod planned_drive;
 mod reason;

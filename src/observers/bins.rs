@@ -8,6 +8,93 @@ pub const MAXIMUM_BINS: usize = 65_536;
 /// Largest number of parts of bins, [`Bins::divided`].
 const MAXIMUM_STRETCHES: usize = 1 << 20;
 
+/// How a range of heights is divided into bins of equal height: by their number, or by their width.
+///
+/// The range is the whole slab, unless [`from`](Self::from) and [`to`](Self::to) say otherwise. Where a width does not
+/// divide the range, the bins are those of the nearest width that does: their number is range over width, rounded. So
+/// edges are always those of the range, and no bin is smaller than the others.
+///
+/// ```
+/// use gradient_mc::Slab;
+/// use gradient_mc::observers::{Bins, DensityProfile};
+/// let slab = Slab::new(60.0, 6.0, 6.0)?;
+/// let coarse = DensityProfile::new(&slab, Bins::of_width(0.5))?;
+/// // From where the centers of spheres begin: 20 bins of 0.05 diameters.
+/// let near_base = DensityProfile::new(&slab, Bins::count(20).from(0.5).to(1.5))?;
+/// assert_eq!((coarse.means().len(), near_base.means().len()), (120, 20));
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
+///
+/// # Errors
+/// Constructors that take bins return
+/// - [`Error::InvalidBins`] unless there are between 1 and [`MAXIMUM_BINS`] bins,
+/// - [`Error::InvalidParameter`] for a width that is not positive or above the range, and unless
+///   0 ≤ lowest < highest ≤ height of the slab.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bins {
+    size: Size,
+    low: Option<f64>,
+    high: Option<f64>,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Size {
+    Count(usize),
+    Width(f64),
+}
+
+impl Bins {
+    /// This many bins.
+    #[must_use]
+    pub const fn count(bins: usize) -> Self {
+        Self { size: Size::Count(bins), low: None, high: None }
+    }
+
+    /// Bins of this height in diameters, or of the nearest that divides the range evenly.
+    #[must_use]
+    pub const fn of_width(width: f64) -> Self {
+        Self { size: Size::Width(width), low: None, high: None }
+    }
+
+    /// Begins at height `low` instead of the base.
+    #[must_use]
+    pub const fn from(self, low: f64) -> Self {
+        Self { low: Some(low), ..self }
+    }
+
+    /// Ends at height `high` instead of the lid.
+    #[must_use]
+    pub const fn to(self, high: f64) -> Self {
+        Self { high: Some(high), ..self }
+    }
+
+    /// The bins of a slab.
+    pub(super) fn of(self, slab: &Slab) -> Result<HeightBins, Error> {
+        let (low, high) = (self.low.unwrap_or(0.0), self.high.unwrap_or(slab.height()));
+        let extent = high - low;
+        let count = match self.size {
+            Size::Count(count) => count,
+            // A range that is no range is refused below.
+            Size::Width(width) if extent > 0.0 => {
+                if !(width > 0.0 && width <= extent) {
+                    let requirement = "it must be positive and at most the range of heights";
+                    return Err(Error::InvalidParameter {
+                        name: "width of a bin",
+                        value: width,
+                        requirement,
+                    });
+                }
+                // At least one; too many are refused below.
+                #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+                let count = (extent / width).round() as usize;
+                count
+            }
+            Size::Width(_) => 1,
+        };
+        HeightBins::new(slab, low, high, count)
+    }
+}
+
 /// Where a height lies with respect to the bins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Place {
@@ -19,7 +106,7 @@ pub(super) enum Place {
 
 /// A range of heights of one slab, divided evenly.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Bins {
+pub(super) struct HeightBins {
     slab: Slab,
     low: f64,
     high: f64,
@@ -27,7 +114,7 @@ pub(super) struct Bins {
     per_diameter: f64,
 }
 
-impl Bins {
+impl HeightBins {
     /// Divides the heights from `low` to `high`.
     pub(super) fn new(slab: &Slab, low: f64, high: f64, count: usize) -> Result<Self, Error> {
         for (name, value) in [("lowest height of the bins", low), ("highest height of the bins", high)] {
@@ -49,11 +136,6 @@ impl Bins {
             return Err(Error::InvalidBins { bins: count, extent, maximum: MAXIMUM_BINS });
         }
         Ok(Self { slab: *slab, low, high, count, per_diameter })
-    }
-
-    /// Divides the whole height of the slab.
-    pub(super) fn over(slab: &Slab, count: usize) -> Result<Self, Error> {
-        Self::new(slab, 0.0, slab.height(), count)
     }
 
     pub(super) fn count(&self) -> usize {
@@ -192,7 +274,7 @@ mod tests {
     #[test]
     fn every_height_has_its_bin() {
         let slab = Slab::new(40.0, 5.0, 5.0).unwrap();
-        let bins = Bins::new(&slab, 0.5, 39.5, 390).unwrap();
+        let bins = HeightBins::new(&slab, 0.5, 39.5, 390).unwrap();
         assert_eq!(bins.locate(0.49), Place::Below);
         assert_eq!(bins.locate(39.51), Place::Above);
         assert_eq!(bins.locate(0.5), Place::Inside(0, 0.0));
@@ -209,7 +291,7 @@ mod tests {
     #[test]
     fn a_stretch_is_spread_over_its_bins() {
         let slab = Slab::new(40.0, 5.0, 5.0).unwrap();
-        let bins = Bins::new(&slab, 1.0, 3.0, 4).unwrap();
+        let bins = HeightBins::new(&slab, 1.0, 3.0, 4).unwrap();
         let spread = |low: f64, high: f64| {
             let mut parts = [0.0; 4];
             bins.spread(low, high, |bin, part| parts[bin] += part);
@@ -234,15 +316,44 @@ mod tests {
     #[test]
     fn senseless_bins_are_refused() {
         let slab = Slab::new(40.0, 5.0, 5.0).unwrap();
-        assert!(matches!(Bins::over(&slab, 0), Err(Error::InvalidBins { bins: 0, .. })));
-        assert!(matches!(Bins::over(&slab, MAXIMUM_BINS + 1), Err(Error::InvalidBins { .. })));
-        assert!(Bins::over(&slab, MAXIMUM_BINS).is_ok());
+        let over = |slab, count| Bins::count(count).of(slab);
+        assert!(matches!(over(&slab, 0), Err(Error::InvalidBins { bins: 0, .. })));
+        assert!(matches!(over(&slab, MAXIMUM_BINS + 1), Err(Error::InvalidBins { .. })));
+        assert!(over(&slab, MAXIMUM_BINS).is_ok());
         for (low, high) in
             [(-1.0, 2.0), (0.0, 41.0), (3.0, 3.0), (5.0, 4.0), (f64::NAN, 2.0), (0.0, f64::NAN)]
         {
-            assert!(matches!(Bins::new(&slab, low, high, 10), Err(Error::InvalidParameter { .. })));
+            assert!(matches!(HeightBins::new(&slab, low, high, 10), Err(Error::InvalidParameter { .. })));
         }
         // So narrow that the number of bins per diameter overflows.
-        assert!(Bins::new(&slab, 0.0, f64::MIN_POSITIVE, MAXIMUM_BINS).is_err());
+        assert!(HeightBins::new(&slab, 0.0, f64::MIN_POSITIVE, MAXIMUM_BINS).is_err());
+    }
+
+    #[test]
+    fn a_width_becomes_the_nearest_that_divides_the_range() {
+        let slab = Slab::new(40.0, 5.0, 5.0).unwrap();
+        for (bins, low, high, count) in [
+            (Bins::of_width(0.5), 0.0, 40.0, 80),
+            (Bins::of_width(0.1).from(0.5).to(39.5), 0.5, 39.5, 390),
+            (Bins::of_width(1.0).to(2.4), 0.0, 2.4, 2),
+            (Bins::of_width(1.0).from(37.4), 37.4, 40.0, 3),
+            (Bins::of_width(40.0), 0.0, 40.0, 1),
+            (Bins::of_width(22.0), 0.0, 40.0, 2),
+            (Bins::count(7).from(3.0).to(4.0), 3.0, 4.0, 7),
+        ] {
+            assert_eq!(bins.of(&slab).unwrap(), HeightBins::new(&slab, low, high, count).unwrap());
+        }
+        for width in [0.0, -1.0, 40.1, f64::NAN, f64::INFINITY] {
+            let refused = Bins::of_width(width).of(&slab);
+            assert!(
+                matches!(refused, Err(Error::InvalidParameter { name: "width of a bin", .. })),
+                "{refused:?}"
+            );
+        }
+        assert!(matches!(Bins::of_width(1e-9).of(&slab), Err(Error::InvalidBins { .. })));
+        assert!(matches!(
+            Bins::of_width(1.0).from(3.0).to(2.0).of(&slab),
+            Err(Error::InvalidParameter { name: "highest height of the bins", .. })
+        ));
     }
 }

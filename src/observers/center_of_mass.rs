@@ -1,7 +1,7 @@
 //! Height of the center of mass against time.
 
 use crate::statistics::{self, Autocorrelation, Equilibration, Estimate};
-use crate::{Error, Frame, Observer, ObserverError};
+use crate::{Error, Frame, Merge, Observer, ObserverError};
 
 /// The series of the height `h_c` of the center of mass, frame by frame.
 ///
@@ -151,13 +151,11 @@ impl CenterOfMass {
         let replicas = self.replicas.iter().map(cut).collect::<Result<_, Error>>()?;
         Ok(Self { series: cut(&self.series)?, replicas })
     }
+}
 
-    /// Adds the series of an independent replica of the scene.
-    ///
-    /// # Errors
-    /// None at present: any two series can be pooled. The result is there to be like other observers.
-    #[allow(clippy::unnecessary_wraps)]
-    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
+/// Any two series can be pooled.
+impl Merge for CenterOfMass {
+    fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.replicas.push(other.series.clone());
         self.replicas.extend_from_slice(&other.replicas);
         Ok(())

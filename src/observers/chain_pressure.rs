@@ -1,8 +1,8 @@
 //! Normal and lateral pressure against height, from event chains.
 
-use super::bins::{Bins, Place};
+use super::bins::{Bins, HeightBins, Place};
 use crate::statistics::{BlockAverages, Estimate};
-use crate::{Collision, Error, Frame, Observer, ObserverError, Recorder, Slab};
+use crate::{Collision, Error, Frame, Merge, Observer, ObserverError, Recorder, Slab};
 
 /// The pressures `P_xx(x)` and `P_yy(x)` = `P_zz(x)` of a simulation by event chains, from the collisions of
 /// the chains: an estimate that owes nothing to the weight of the column.
@@ -30,9 +30,9 @@ use crate::{Collision, Error, Frame, Observer, ObserverError, Recorder, Slab};
 /// pressure differs from it where the fluid is layered.
 #[derive(Debug, Clone)]
 pub struct ChainPressureProfile {
-    bins: Bins,
+    bins: HeightBins,
     /// The bins, each divided evenly into stretches in which the temperature is one number.
-    stretches: Bins,
+    stretches: HeightBins,
     /// Of the scene in the middles of the stretches; empty before the first frame.
     temperatures: Vec<f64>,
     /// Of the interval under way: Σ s q of vertical and of lateral chains in all stretches, and the two path lengths.
@@ -71,26 +71,14 @@ pub struct ChainPressurePoint {
 }
 
 impl ChainPressureProfile {
-    /// Divides the whole slab into `bins` of equal height.
+    /// A profile over `bins` of the heights of `slab`.
     ///
     /// # Errors
-    /// [`Error::InvalidBins`] unless there are between 1 and [`MAXIMUM_BINS`](super::MAXIMUM_BINS) bins.
-    pub fn new(slab: &Slab, bins: usize) -> Result<Self, Error> {
-        Self::with_bins(Bins::over(slab, bins)?)
-    }
-
-    /// Divides the heights from `low` to `high`.
-    ///
-    /// # Errors
-    /// [`Error::InvalidBins`] for a number of bins as in [`new`](Self::new);
-    /// [`Error::InvalidParameter`] unless 0 ≤ low < high ≤ height of the slab.
-    pub fn with_range(slab: &Slab, low: f64, high: f64, bins: usize) -> Result<Self, Error> {
-        Self::with_bins(Bins::new(slab, low, high, bins)?)
-    }
-
-    fn with_bins(bins: Bins) -> Result<Self, Error> {
+    /// Those of [`Bins`].
+    pub fn new(slab: &Slab, bins: Bins) -> Result<Self, Error> {
         /// Longest stretch in which the temperature is one number, in diameters.
         const STRETCH: f64 = 0.125;
+        let bins = bins.of(slab)?;
         let components = 3 * bins.count() + 2;
         let stretches = bins.divided(STRETCH);
         Ok(Self {
@@ -151,12 +139,18 @@ impl ChainPressureProfile {
             function(&pressures)
         })
     }
+}
 
-    /// Adds what an independent replica of the scene has seen.
-    ///
-    /// # Errors
-    /// [`Error::InvalidParameter`] unless slab, bins, temperatures and the number of spheres are the same.
-    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
+fn require_particles(mine: f64, value: f64) -> Result<(), Error> {
+    if mine.to_bits() == value.to_bits() {
+        return Ok(());
+    }
+    let requirement = "profiles can only be pooled if they are of the same scene";
+    Err(Error::InvalidParameter { name: "number of spheres", value, requirement })
+}
+
+impl Merge for ChainPressureProfile {
+    fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;
         if self.temperatures.is_empty() {
             self.temperatures.clone_from(&other.temperatures);
@@ -167,14 +161,6 @@ impl ChainPressureProfile {
         }
         self.averages.merge(&other.averages)
     }
-}
-
-fn require_particles(mine: f64, value: f64) -> Result<(), Error> {
-    if mine.to_bits() == value.to_bits() {
-        return Ok(());
-    }
-    let requirement = "profiles can only be pooled if they are of the same scene";
-    Err(Error::InvalidParameter { name: "number of spheres", value, requirement })
 }
 
 impl Observer for ChainPressureProfile {

@@ -1,24 +1,24 @@
 //! Number density against height.
 
-use super::bins::{Bins, Place};
+use super::bins::{Bins, HeightBins, Place};
 use super::diagnostics;
 use crate::statistics::{BlockAverages, Estimate};
-use crate::{Error, Frame, Observer, ObserverError, Slab, Warning};
+use crate::{Error, Frame, Merge, Observer, ObserverError, Slab, Warning};
 
 /// Number density n(x) in bins of equal height.
 ///
 /// The density of a bin is the mean number of centers in it over its volume A Δx, as in the paper
 /// (doi:10.1103/PhysRevE.83.061306): exact as the mean of n(x) over the bin. Centers live in
 /// `[0.5, height − 0.5]`, so a bin that reaches over such an edge is partly inaccessible and its
-/// density correspondingly low; [`with_range`](Self::with_range) puts an edge where the centers begin, as the contact
+/// density correspondingly low; [`Bins::from`] puts an edge where the centers begin, as the contact
 /// density n(0.5⁺) needs.
 ///
 /// ```
-/// use gradient_mc::observers::DensityProfile;
+/// use gradient_mc::observers::{Bins, DensityProfile};
 /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
 /// let slab = Slab::new(60.0, 6.0, 6.0)?;
 /// let scene = Scene::new(slab, 72, UniformField::default(), Isothermal::new(5.0)?)?;
-/// let mut profile = DensityProfile::new(&slab, 120)?;
+/// let mut profile = DensityProfile::new(&slab, Bins::count(120))?;
 /// Simulation::builder(scene).build()?.run(64, &mut profile)?;
 /// // n A Δx, summed over the bins, is the number of spheres.
 /// let spheres: f64 = profile.means().iter().map(|density| density * 36.0 * 0.5).sum();
@@ -27,7 +27,7 @@ use crate::{Error, Frame, Observer, ObserverError, Slab, Warning};
 /// ```
 #[derive(Debug, Clone)]
 pub struct DensityProfile {
-    bins: Bins,
+    bins: HeightBins,
     counts: Vec<f64>,
     averages: BlockAverages,
 }
@@ -45,24 +45,12 @@ pub struct DensityPoint {
 }
 
 impl DensityProfile {
-    /// Divides the whole slab into `bins` of equal height.
+    /// A profile over `bins` of the heights of `slab`.
     ///
     /// # Errors
-    /// [`Error::InvalidBins`] unless there are between 1 and [`MAXIMUM_BINS`](super::MAXIMUM_BINS) bins.
-    pub fn new(slab: &Slab, bins: usize) -> Result<Self, Error> {
-        Self::with_bins(Bins::over(slab, bins)?)
-    }
-
-    /// Divides the heights from `low` to `high`.
-    ///
-    /// # Errors
-    /// [`Error::InvalidBins`] for a number of bins as in [`new`](Self::new);
-    /// [`Error::InvalidParameter`] unless 0 ≤ low < high ≤ height of the slab.
-    pub fn with_range(slab: &Slab, low: f64, high: f64, bins: usize) -> Result<Self, Error> {
-        Self::with_bins(Bins::new(slab, low, high, bins)?)
-    }
-
-    fn with_bins(bins: Bins) -> Result<Self, Error> {
+    /// Those of [`Bins`].
+    pub fn new(slab: &Slab, bins: Bins) -> Result<Self, Error> {
+        let bins = bins.of(slab)?;
         let averages = BlockAverages::new(bins.count())?;
         Ok(Self { bins, counts: vec![0.0; bins.count()], averages })
     }
@@ -127,12 +115,10 @@ impl DensityProfile {
     pub(super) fn lowest_center(&self) -> f64 {
         self.bins.lowest_center()
     }
+}
 
-    /// Adds what an independent replica of the scene has seen.
-    ///
-    /// # Errors
-    /// [`Error::InvalidParameter`] unless slab and bins are the same.
-    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
+impl Merge for DensityProfile {
+    fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;
         self.averages.merge(&other.averages)
     }
@@ -160,8 +146,8 @@ mod tests {
     #[test]
     fn counts_become_densities() {
         let mut scene = Scene::new(10.0, &[0.5, 0.7, 3.2, 9.5]);
-        let mut profile = DensityProfile::new(&scene.slab, 10).unwrap();
-        let mut upper = DensityProfile::with_range(&scene.slab, 3.0, 9.5, 13).unwrap();
+        let mut profile = DensityProfile::new(&scene.slab, Bins::count(10)).unwrap();
+        let mut upper = DensityProfile::new(&scene.slab, Bins::count(13).from(3.0).to(9.5)).unwrap();
         for _ in 0..16 {
             (&mut profile, &mut upper).observe(&scene.frame()).unwrap();
         }
@@ -190,11 +176,11 @@ mod tests {
     #[test]
     fn replicas_are_pooled_and_errors_are_poissonian() {
         let scene = Scene::new(200.0, &[]);
-        let mut pooled = DensityProfile::new(&scene.slab, 100).unwrap();
+        let mut pooled = DensityProfile::new(&scene.slab, Bins::count(100)).unwrap();
         let frames = 1600;
         for replica in 0..4 {
             let mut scene = Scene::new(200.0, &[]);
-            let mut profile = DensityProfile::new(&scene.slab, 100).unwrap();
+            let mut profile = DensityProfile::new(&scene.slab, Bins::count(100)).unwrap();
             for frame in 0..frames / 4 {
                 scene.place(&ideal_heights(40, replica * 1000 + frame));
                 profile.observe(&scene.frame()).unwrap();
@@ -211,7 +197,7 @@ mod tests {
         // Largest of levels with 256 to 16 blocks: up to 15 % high, and 18 % scatter.
         let ratio = point.number_density.standard_error / error;
         assert!(ratio > 0.8 && ratio < 1.7, "{ratio}");
-        let other = DensityProfile::new(&scene.slab, 99).unwrap();
+        let other = DensityProfile::new(&scene.slab, Bins::count(99)).unwrap();
         assert!(matches!(pooled.merge(&other), Err(Error::InvalidParameter { .. })));
     }
 }

@@ -1,6 +1,6 @@
 //! Bins that say nothing, or too little.
 
-use super::bins::Bins;
+use super::bins::HeightBins;
 use crate::Warning;
 use crate::statistics::{BlockAverages, MINIMUM_BLOCKS};
 
@@ -10,7 +10,7 @@ const COLUMN: f64 = 0.99;
 /// What is wrong with bins whose counts are the first components of `averages`.
 ///
 /// Judged are the bins in which a center can be, from the base up to where 1 % of the spheres seen is left.
-pub(super) fn of_bins(bins: &Bins, averages: &BlockAverages) -> Vec<Warning> {
+pub(super) fn of_bins(bins: &HeightBins, averages: &BlockAverages) -> Vec<Warning> {
     let mut counts = averages.mean();
     counts.truncate(bins.count());
     if averages.observations() == 0 {
@@ -51,7 +51,7 @@ pub(super) fn of_bins(bins: &Bins, averages: &BlockAverages) -> Vec<Warning> {
 /// Bins so wide that the equation of state of their means is not that of any height in them; the worst.
 ///
 /// Over a bin in which ln n changes by Δ and ln T by Θ, the mean of nTZ is off by some (Δ² + 2 |ΔΘ|)/24 of itself.
-pub(super) fn too_wide(bins: &Bins, averages: &BlockAverages, temperatures: &[f64]) -> Option<Warning> {
+pub(super) fn too_wide(bins: &HeightBins, averages: &BlockAverages, temperatures: &[f64]) -> Option<Warning> {
     /// Narrower ones resolve the layers at a wall, where no local equation holds anyway.
     const LAYER: f64 = 1.0;
     /// A relative error that matters.

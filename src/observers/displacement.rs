@@ -1,8 +1,8 @@
 //! Mobility against height.
 
-use super::bins::{Bins, Place};
+use super::bins::{Bins, HeightBins, Place};
 use crate::statistics::{BlockAverages, Estimate};
-use crate::{AcceptedMove, Error, Frame, Observer, ObserverError, Recorder, Slab};
+use crate::{AcceptedMove, Error, Frame, Merge, Observer, ObserverError, Recorder, Slab};
 
 /// How far spheres move, against the height at which a move begins.
 ///
@@ -18,7 +18,7 @@ use crate::{AcceptedMove, Error, Frame, Observer, ObserverError, Recorder, Slab}
 /// count for nothing, nor does an interval in which the simulation ran without this observer.
 #[derive(Debug, Clone)]
 pub struct DisplacementProfile {
-    bins: Bins,
+    bins: HeightBins,
     /// Of the interval that is being recorded: path length in all bins, accepted moves in all bins,
     /// and, filled when it ends, spheres times sweeps in all bins.
     sample: Vec<f64>,
@@ -47,24 +47,12 @@ pub struct DisplacementPoint {
 }
 
 impl DisplacementProfile {
-    /// Divides the whole slab into `bins` of equal height.
+    /// A profile over `bins` of the heights of `slab`.
     ///
     /// # Errors
-    /// [`Error::InvalidBins`] unless there are between 1 and [`MAXIMUM_BINS`](super::MAXIMUM_BINS) bins.
-    pub fn new(slab: &Slab, bins: usize) -> Result<Self, Error> {
-        Self::with_bins(Bins::over(slab, bins)?)
-    }
-
-    /// Divides the heights from `low` to `high`.
-    ///
-    /// # Errors
-    /// [`Error::InvalidBins`] for a number of bins as in [`new`](Self::new);
-    /// [`Error::InvalidParameter`] unless 0 ≤ low < high ≤ height of the slab.
-    pub fn with_range(slab: &Slab, low: f64, high: f64, bins: usize) -> Result<Self, Error> {
-        Self::with_bins(Bins::new(slab, low, high, bins)?)
-    }
-
-    fn with_bins(bins: Bins) -> Result<Self, Error> {
+    /// Those of [`Bins`].
+    pub fn new(slab: &Slab, bins: Bins) -> Result<Self, Error> {
+        let bins = bins.of(slab)?;
         let averages = BlockAverages::new(3 * bins.count())?;
         Ok(Self { bins, sample: vec![0.0; 3 * bins.count()], recorded: 0, start: None, averages })
     }
@@ -95,20 +83,18 @@ impl DisplacementProfile {
         });
         Ok(points.collect())
     }
-
-    /// Adds what an independent replica of the scene has seen.
-    ///
-    /// # Errors
-    /// [`Error::InvalidParameter`] unless slab and bins are the same.
-    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
-        self.bins.require_same(&other.bins)?;
-        self.averages.merge(&other.averages)
-    }
 }
 
 /// A bin through which spheres passed but in which no frame saw one says nothing about rates.
 fn finite_or_nan(ratio: f64) -> f64 {
     if ratio.is_finite() { ratio } else { f64::NAN }
+}
+
+impl Merge for DisplacementProfile {
+    fn merge(&mut self, other: &Self) -> Result<(), Error> {
+        self.bins.require_same(&other.bins)?;
+        self.averages.merge(&other.averages)
+    }
 }
 
 impl Observer for DisplacementProfile {
@@ -168,7 +154,7 @@ mod tests {
     fn rates_and_lengths_are_those_of_the_moves() {
         // Two spheres in the lower half, one in the upper, frames every ten sweeps.
         let mut scene = Scene::new(10.0, &[1.0, 2.0, 7.0]);
-        let mut profile = DisplacementProfile::with_range(&scene.slab, 0.0, 9.0, 3).unwrap();
+        let mut profile = DisplacementProfile::new(&scene.slab, Bins::count(3).from(0.0).to(9.0)).unwrap();
         scene.move_counts.accepted = 1000;
         scene.sweep = 5;
         moved(&mut profile, &mut scene, 1.0, 100.0);
@@ -206,10 +192,10 @@ mod tests {
 
     #[test]
     fn replicas_are_pooled() {
-        let mut pooled = DisplacementProfile::new(&Scene::new(10.0, &[]).slab, 1).unwrap();
+        let mut pooled = DisplacementProfile::new(&Scene::new(10.0, &[]).slab, Bins::count(1)).unwrap();
         for length in [0.2, 0.4] {
             let mut scene = Scene::new(10.0, &[1.0]);
-            let mut profile = DisplacementProfile::new(&scene.slab, 1).unwrap();
+            let mut profile = DisplacementProfile::new(&scene.slab, Bins::count(1)).unwrap();
             for _ in 0..=64 {
                 profile.observe(&scene.frame()).unwrap();
                 moved(&mut profile, &mut scene, 1.0, length);
@@ -222,7 +208,7 @@ mod tests {
         // Replicas that disagree show it: 8 blocks of each kind give 0.1/√15 at the coarsest level.
         let error = point.mean_displacement.standard_error;
         approx::assert_relative_eq!(error, 0.1 / 15.0_f64.sqrt(), max_relative = 1e-9);
-        let other = DisplacementProfile::new(&Scene::new(10.0, &[]).slab, 2).unwrap();
+        let other = DisplacementProfile::new(&Scene::new(10.0, &[]).slab, Bins::count(2)).unwrap();
         assert!(matches!(pooled.merge(&other), Err(Error::InvalidParameter { .. })));
     }
 }

@@ -1,10 +1,11 @@
 //! Density and pressure together: the equation of state that one run yields.
 
-use super::bins::Bins;
+use super::bins::{Bins, HeightBins};
 use super::diagnostics;
 use super::pressure::weigh_column;
+use crate::equation_of_state::{EquationOfState, packing_fraction};
 use crate::statistics::{BlockAverages, Estimate};
-use crate::{Error, Frame, Observer, ObserverError, Slab, Warning, equation_of_state};
+use crate::{Error, Frame, Merge, Observer, ObserverError, Slab, Warning};
 
 /// Density and pressure in the same bins of the same frames, so that P/(nT) comes with an error that
 /// knows how the two are correlated.
@@ -21,7 +22,7 @@ use crate::{Error, Frame, Observer, ObserverError, Slab, Warning, equation_of_st
 /// saw a sphere in it, the error is.
 #[derive(Debug, Clone)]
 pub struct EquationOfStateProfile {
-    bins: Bins,
+    bins: HeightBins,
     lid_pressure: f64,
     /// Of the scene at the middles of the bins; empty before the first frame.
     temperatures: Vec<f64>,
@@ -78,24 +79,12 @@ pub struct DeviationPoint {
 }
 
 impl EquationOfStateProfile {
-    /// Divides the whole slab into `bins` of equal height.
+    /// A profile over `bins` of the heights of `slab`; spheres above them weigh on them.
     ///
     /// # Errors
-    /// [`Error::InvalidBins`] unless there are between 1 and [`MAXIMUM_BINS`](super::MAXIMUM_BINS) bins.
-    pub fn new(slab: &Slab, bins: usize) -> Result<Self, Error> {
-        Self::with_bins(Bins::over(slab, bins)?)
-    }
-
-    /// Divides the heights from `low` to `high`; spheres above them weigh on them.
-    ///
-    /// # Errors
-    /// [`Error::InvalidBins`] for a number of bins as in [`new`](Self::new);
-    /// [`Error::InvalidParameter`] unless 0 ≤ low < high ≤ height of the slab.
-    pub fn with_range(slab: &Slab, low: f64, high: f64, bins: usize) -> Result<Self, Error> {
-        Self::with_bins(Bins::new(slab, low, high, bins)?)
-    }
-
-    fn with_bins(bins: Bins) -> Result<Self, Error> {
+    /// Those of [`Bins`].
+    pub fn new(slab: &Slab, bins: Bins) -> Result<Self, Error> {
+        let bins = bins.of(slab)?;
         Ok(Self {
             bins,
             lid_pressure: 0.0,
@@ -154,17 +143,31 @@ impl EquationOfStateProfile {
         Ok(points.collect())
     }
 
-    /// Deviations P/(n T Z(η)) − 1 from the equation of state whose compressibility factor Z(η) is
-    /// given, upwards.
+    /// Deviations P/(n T Z(η)) − 1 from an equation of state, upwards.
+    ///
+    /// ```
+    /// use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa};
+    /// use gradient_mc::observers::{Bins, EquationOfStateProfile};
+    /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+    /// let slab = Slab::new(60.0, 6.0, 6.0)?;
+    /// let scene = Scene::new(slab, 72, UniformField::default(), Isothermal::new(5.0)?)?;
+    /// let mut profile = EquationOfStateProfile::new(&slab, Bins::of_width(1.0))?;
+    /// Simulation::builder(scene).build()?.run(64, &mut profile)?;
+    /// println!("{}", profile.deviations_from(&ModifiedKolafa)?[10].deviation);
+    /// // Over ranges of heights.
+    /// println!("{}", profile.deviations_over(&[[8.0, 12.0]], &CarnahanStarling)?[0]);
+    /// # Ok::<(), gradient_mc::Error>(())
+    /// ```
     ///
     /// # Errors
     /// [`Error::TooFewObservations`] below 16 frames.
-    pub fn deviations_from(
+    pub fn deviations_from<E: EquationOfState + ?Sized>(
         &self,
-        compressibility_factor: impl Fn(f64) -> f64,
+        equation_of_state: &E,
     ) -> Result<Vec<DeviationPoint>, Error> {
         let deviations = self.ratios(|packing_fraction, density, pressure, temperature| {
-            pressure / (density * temperature * compressibility_factor(packing_fraction)) - 1.0
+            pressure / (density * temperature * equation_of_state.compressibility_factor(packing_fraction))
+                - 1.0
         })?;
         let errors = self.averages.standard_errors()?;
         let means = self.averages.mean();
@@ -189,11 +192,11 @@ impl EquationOfStateProfile {
     /// bins, fits, integrals. `function` must return the same number of values each time.
     ///
     /// ```
-    /// use gradient_mc::observers::{BinState, EquationOfStateProfile};
+    /// use gradient_mc::observers::{Bins, BinState, EquationOfStateProfile};
     /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
     /// let slab = Slab::new(60.0, 6.0, 6.0)?;
     /// let scene = Scene::new(slab, 72, UniformField::default(), Isothermal::new(5.0)?)?;
-    /// let mut profile = EquationOfStateProfile::new(&slab, 60)?;
+    /// let mut profile = EquationOfStateProfile::new(&slab, Bins::count(60))?;
     /// Simulation::builder(scene).build()?.run(64, &mut profile)?;
     /// // The mean of P/(nT) over a range of heights, as a ratio of means.
     /// let range = |states: &[BinState]| {
@@ -223,20 +226,20 @@ impl EquationOfStateProfile {
         })
     }
 
-    /// Deviations from the equation of state whose compressibility factor Z(η) is given, over ranges of heights: the sum of
-    /// P over that of n T Z, less 1, of the bins whose middles lie in `[low, high)`. NaN where there are none.
+    /// Deviations from an equation of state over ranges of heights: the sum of P over that of n T Z, less 1,
+    /// of the bins whose middles lie in `[low, high)`. NaN where there are none.
     ///
     /// Sums of narrow bins have neither their noise nor the curvature that a wide bin averages over.
     ///
     /// # Errors
     /// [`Error::TooFewObservations`] below 16 frames.
-    pub fn deviations_over(
+    pub fn deviations_over<E: EquationOfState + ?Sized>(
         &self,
         ranges: &[[f64; 2]],
-        compressibility_factor: impl Fn(f64) -> f64,
+        equation_of_state: &E,
     ) -> Result<Vec<Estimate>, Error> {
         let theory = |state: &BinState| {
-            let factor = compressibility_factor(equation_of_state::packing_fraction(state.number_density));
+            let factor = equation_of_state.compressibility_factor(packing_fraction(state.number_density));
             state.number_density * state.temperature * factor
         };
         let over = |states: &[BinState], [low, high]: [f64; 2]| {
@@ -258,7 +261,7 @@ impl EquationOfStateProfile {
                 let (density, pressure) = self.state(means, bin);
                 // Counts are whole numbers: without the only block that saw a sphere this is exactly zero.
                 if density > 0.0 {
-                    function(equation_of_state::packing_fraction(density), density, pressure, temperature)
+                    function(packing_fraction(density), density, pressure, temperature)
                 } else {
                     f64::NAN
                 }
@@ -266,12 +269,11 @@ impl EquationOfStateProfile {
             states.collect::<Vec<f64>>()
         })
     }
+}
 
-    /// Adds what an independent replica of the scene has seen; the lid pressure stays this one's.
-    ///
-    /// # Errors
-    /// [`Error::InvalidParameter`] unless slab, bins and temperatures are the same.
-    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
+/// The lid pressure stays this one's.
+impl Merge for EquationOfStateProfile {
+    fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;
         if self.temperatures.is_empty() {
             self.temperatures.clone_from(&other.temperatures);
@@ -304,15 +306,16 @@ mod tests {
     use super::super::test_frame::{Scene, ideal_heights};
     use super::super::{DensityProfile, PressureProfile};
     use super::*;
+    use crate::equation_of_state::IdealGas;
     use crate::temperature::{ExponentialTemperature, Isothermal};
 
     #[test]
     fn rows_are_those_of_the_single_profiles() {
         let mut scene = Scene::new(200.0, &[]);
         scene.temperature = Box::new(ExponentialTemperature::new(5.0, 0.01).unwrap());
-        let mut both = EquationOfStateProfile::with_range(&scene.slab, 0.5, 30.5, 60).unwrap();
-        let mut density = DensityProfile::with_range(&scene.slab, 0.5, 30.5, 60).unwrap();
-        let mut pressure = PressureProfile::with_range(&scene.slab, 0.5, 30.5, 60).unwrap();
+        let mut both = EquationOfStateProfile::new(&scene.slab, Bins::count(60).from(0.5).to(30.5)).unwrap();
+        let mut density = DensityProfile::new(&scene.slab, Bins::count(60).from(0.5).to(30.5)).unwrap();
+        let mut pressure = PressureProfile::new(&scene.slab, Bins::count(60).from(0.5).to(30.5)).unwrap();
         both.set_lid_pressure(0.5).unwrap();
         pressure.set_lid_pressure(0.5).unwrap();
         for frame in 0..200 {
@@ -337,7 +340,8 @@ mod tests {
     /// and n are proportional.
     fn ideal_gas(frames: u64, seed: u64) -> EquationOfStateProfile {
         let mut scene = Scene::new(200.0, &[]);
-        let mut profile = EquationOfStateProfile::with_range(&scene.slab, 0.5, 10.5, 4).unwrap();
+        let mut profile =
+            EquationOfStateProfile::new(&scene.slab, Bins::count(4).from(0.5).to(10.5)).unwrap();
         for frame in 0..frames {
             scene.place(&ideal_heights(30, 1000 * seed + frame));
             profile.observe(&scene.frame()).unwrap();
@@ -350,7 +354,7 @@ mod tests {
         const RUNS: u64 = 200;
         let mut squares = [0.0; 4];
         for run in 0..RUNS {
-            let deviations = ideal_gas(128, run).deviations_from(|_| 1.0).unwrap();
+            let deviations = ideal_gas(128, run).deviations_from(&IdealGas).unwrap();
             for (square, point) in squares.iter_mut().zip(&deviations) {
                 *square += point.deviation.deviation_from(0.0).powi(2) / RUNS as f64;
             }
@@ -360,14 +364,22 @@ mod tests {
         assert!(squares.iter().all(|square| (square - 0.95).abs() < 0.4), "{squares:?}");
     }
 
+    /// Z = 1.1 + η.
+    struct Wrong;
+    impl EquationOfState for Wrong {
+        fn compressibility_factor(&self, packing_fraction: f64) -> f64 {
+            1.1 + packing_fraction
+        }
+    }
+
     #[test]
     fn a_wrong_equation_of_state_is_seen_and_replicas_are_pooled() {
         let mut pooled = ideal_gas(2000, 1000);
         pooled.merge(&ideal_gas(1000, 2000)).unwrap();
         assert_eq!(pooled.observations(), 3000);
         let rows = pooled.points().unwrap().into_iter();
-        let right = pooled.deviations_from(|_| 1.0).unwrap();
-        let wrong = pooled.deviations_from(|eta| 1.1 + eta).unwrap();
+        let right = pooled.deviations_from(&IdealGas).unwrap();
+        let wrong = pooled.deviations_from(&Wrong).unwrap();
         for (row, (right, wrong)) in rows.zip(right.iter().zip(&wrong)) {
             assert!(right.deviation.deviation_from(0.0).abs() < 4.0);
             let factor = 1.0 + right.deviation.mean;
@@ -382,7 +394,7 @@ mod tests {
     #[test]
     fn empty_bins_are_nan_and_other_temperatures_are_refused() {
         let mut scene = Scene::new(100.0, &[0.7, 1.2]);
-        let mut profile = EquationOfStateProfile::new(&scene.slab, 100).unwrap();
+        let mut profile = EquationOfStateProfile::new(&scene.slab, Bins::count(100)).unwrap();
         assert!(matches!(profile.points(), Err(Error::TooFewObservations { available: 0, .. })));
         for _ in 0..16 {
             profile.observe(&scene.frame()).unwrap();
@@ -393,10 +405,10 @@ mod tests {
         assert!(points[0].compressibility_factor.mean > 0.0);
         scene.temperature = Box::new(Isothermal::new(6.0).unwrap());
         assert!(profile.observe(&scene.frame()).is_err());
-        let mut other = EquationOfStateProfile::new(&scene.slab, 100).unwrap();
+        let mut other = EquationOfStateProfile::new(&scene.slab, Bins::count(100)).unwrap();
         other.observe(&scene.frame()).unwrap();
         assert!(matches!(profile.merge(&other), Err(Error::InvalidParameter { .. })));
-        let mut empty = EquationOfStateProfile::new(&scene.slab, 100).unwrap();
+        let mut empty = EquationOfStateProfile::new(&scene.slab, Bins::count(100)).unwrap();
         empty.merge(&profile).unwrap();
         assert_eq!(format!("{:?}", empty.points().unwrap()), format!("{points:?}"));
     }

@@ -1,10 +1,10 @@
 //! Hexagonal order in the plane of a layer.
 
-use super::bins::Bins;
+use super::bins::HeightBins;
 use super::neighbors::Neighbors;
 use super::radial_distribution::in_the_plane;
 use crate::statistics::{BlockAverages, Estimate};
-use crate::{Error, Frame, Observer, ObserverError, Slab};
+use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
 
 /// Hexatic order of the spheres in a range of heights: ψ₆ = mean of e^{6iθ} over the directions θ of a sphere's neighbors
 /// in the plane (Nelson and Halperin, doi:10.1103/PhysRevB.19.2457).
@@ -25,7 +25,7 @@ use crate::{Error, Frame, Observer, ObserverError, Slab};
 /// ```
 #[derive(Debug, Clone)]
 pub struct HexaticOrder {
-    heights: Bins,
+    heights: HeightBins,
     neighbors: Neighbors,
     averages: BlockAverages,
 }
@@ -38,7 +38,7 @@ impl HexaticOrder {
     /// positive or above half the smaller width.
     pub fn new(slab: &Slab, low: f64, high: f64, neighbor_distance: f64) -> Result<Self, Error> {
         Ok(Self {
-            heights: Bins::new(slab, low, high, 1)?,
+            heights: HeightBins::new(slab, low, high, 1)?,
             neighbors: Neighbors::new(slab, neighbor_distance)?,
             averages: BlockAverages::new(3)?,
         })
@@ -72,12 +72,10 @@ impl HexaticOrder {
         let ratio = self.averages.jackknife(|means| [means[numerator] / means[0]])?;
         Ok(ratio.into_iter().next().unwrap_or(Estimate::new(f64::NAN, f64::NAN)))
     }
+}
 
-    /// Adds what an independent replica of the scene has seen.
-    ///
-    /// # Errors
-    /// [`Error::InvalidParameter`] unless slab, heights and neighbor distance are the same.
-    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
+impl Merge for HexaticOrder {
+    fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.heights.require_same(&other.heights)?;
         super::require_same_radius(&self.neighbors, &other.neighbors)?;
         self.averages.merge(&other.averages)

@@ -63,11 +63,11 @@ impl DensityProfile {
     /// these bins.
     ///
     /// ```
-    /// use gradient_mc::observers::{DensityProfile, Layer};
+    /// use gradient_mc::observers::{Bins, DensityProfile, Layer};
     /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
     /// let slab = Slab::new(60.0, 6.0, 6.0)?;
     /// let scene = Scene::new(slab, 720, UniformField::default(), Isothermal::new(5.0)?)?;
-    /// let mut profile = DensityProfile::with_range(&slab, 0.5, 8.0, 150)?;
+    /// let mut profile = DensityProfile::new(&slab, Bins::count(150).from(0.5).to(8.0))?;
     /// Simulation::builder(scene).build()?.run(64, &mut profile)?;
     /// for layer in profile.layers(Layer::CLEAR)? {
     ///     println!("{}  {}  {}", layer.position, layer.spacing, layer.visibility);
@@ -205,7 +205,8 @@ fn windows(points: &[DensityPoint], minimum_visibility: f64) -> Vec<Window> {
 mod tests {
     use super::super::test_frame::{Scene, ideal_heights};
     use super::*;
-    use crate::{Observer, Slab};
+    use crate::observers::Bins;
+    use crate::{Merge, Observer, Slab};
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
@@ -214,7 +215,7 @@ mod tests {
     fn layered(positions: &[f64], half_width: f64, frames: u64, seed: u64) -> DensityProfile {
         let mut generator = Pcg64Mcg::seed_from_u64(seed);
         let scene = Scene::new(20.0, &[]);
-        let mut profile = DensityProfile::with_range(&scene.slab, 0.5, 10.5, 400).unwrap();
+        let mut profile = DensityProfile::new(&scene.slab, Bins::count(400).from(0.5).to(10.5)).unwrap();
         for _ in 0..frames {
             let mut scene = Scene::new(20.0, &[]);
             let mut heights = Vec::new();
@@ -276,7 +277,7 @@ mod tests {
     #[test]
     fn a_gas_has_no_layers_and_noise_makes_none() {
         let slab = Scene::new(500.0, &[]).slab;
-        let mut profile = DensityProfile::with_range(&slab, 0.5, 30.5, 600).unwrap();
+        let mut profile = DensityProfile::new(&slab, Bins::count(600).from(0.5).to(30.5)).unwrap();
         for frame in 0..200 {
             let mut scene = Scene::new(500.0, &[]);
             scene.place(&ideal_heights(50, frame));
@@ -295,7 +296,7 @@ mod tests {
 
     #[test]
     fn senseless_visibilities_are_refused() {
-        let mut profile = DensityProfile::new(&Slab::new(10.0, 5.0, 5.0).unwrap(), 10).unwrap();
+        let mut profile = DensityProfile::new(&Slab::new(10.0, 5.0, 5.0).unwrap(), Bins::count(10)).unwrap();
         assert!(matches!(profile.layers(0.1), Err(Error::TooFewObservations { .. })));
         for _ in 0..16 {
             profile.observe(&Scene::new(10.0, &[3.0]).frame()).unwrap();

@@ -7,12 +7,13 @@
 //! | order in the plane of a layer | [`RadialDistribution`], [`NeighborAngles`], [`HexaticOrder`] |
 //! | layers on top of each other | [`DensityProfile::layers`] |
 //! | fcc, hcp or fluid | [`StructureProfile`]; sphere by sphere, [`BondOrder`] |
+//! | a trajectory for OVITO and others | [`ExtendedXyz`] |
 //! | for an observer of your own | [`Neighbors`] |
 //!
 //! All observe in one pass over the spheres (those of structure find neighbors as well, by cells, in a time proportional
 //! to their number), and their memory does not grow with the run (but for the
 //! series of [`CenterOfMass`]); all keep enough to give error bars that account for correlations in
-//! time; and independent replicas of one scene are pooled with `merge`.
+//! time; and independent replicas of one scene are pooled ([`Merge`](crate::Merge)).
 //!
 //! Profiles are averages over bins of equal height. A bin of 0.1 diameters, as in the paper
 //! (doi:10.1103/PhysRevE.83.061306), resolves the layers near the base; what varies slowly is better
@@ -26,6 +27,7 @@ mod density;
 mod diagnostics;
 mod displacement;
 mod equation_of_state;
+mod extended_xyz;
 mod hexatic;
 mod layers;
 mod neighbor_angles;
@@ -37,13 +39,14 @@ mod structure;
 #[cfg(test)]
 mod test_frame;
 
-pub use bins::MAXIMUM_BINS;
+pub use bins::{Bins, MAXIMUM_BINS};
 pub use bond_order::{BondOrder, Structure};
 pub use center_of_mass::CenterOfMass;
 pub use chain_pressure::{BinPressures, ChainPressurePoint, ChainPressureProfile};
 pub use density::{DensityPoint, DensityProfile};
 pub use displacement::{DisplacementPoint, DisplacementProfile};
 pub use equation_of_state::{BinState, DeviationPoint, EquationOfStatePoint, EquationOfStateProfile};
+pub use extended_xyz::ExtendedXyz;
 pub use hexatic::HexaticOrder;
 pub use layers::Layer;
 pub use neighbor_angles::{NeighborAnglePoint, NeighborAngles};

@@ -1,10 +1,10 @@
 //! Order in the plane of a layer: the angles between the neighbors of a sphere.
 
-use super::bins::Bins;
+use super::bins::HeightBins;
 use super::neighbors::Neighbors;
 use super::radial_distribution::in_the_plane;
 use crate::statistics::{BlockAverages, Estimate};
-use crate::{Error, Frame, Observer, ObserverError, Slab};
+use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
 
 /// Distribution g(θ) of the angles between neighbors, of the spheres in a range of heights.
 ///
@@ -31,7 +31,7 @@ use crate::{Error, Frame, Observer, ObserverError, Slab};
 /// ```
 #[derive(Debug, Clone)]
 pub struct NeighborAngles {
-    heights: Bins,
+    heights: HeightBins,
     neighbors: Neighbors,
     bins: usize,
     /// Directions of a sphere's neighbors, in turns.
@@ -81,7 +81,7 @@ impl NeighborAngles {
             return Err(Error::InvalidBins { bins, extent: 360.0, maximum: super::MAXIMUM_BINS });
         }
         Ok(Self {
-            heights: Bins::new(slab, low, high, 1)?,
+            heights: HeightBins::new(slab, low, high, 1)?,
             neighbors: Neighbors::new(slab, neighbor_distance)?,
             bins,
             directions: Vec::new(),
@@ -121,12 +121,10 @@ impl NeighborAngles {
         });
         Ok(points.collect())
     }
+}
 
-    /// Adds what an independent replica of the scene has seen.
-    ///
-    /// # Errors
-    /// [`Error::InvalidParameter`] unless slab, heights, neighbor distance and bins are the same.
-    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
+impl Merge for NeighborAngles {
+    fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.heights.require_same(&other.heights)?;
         super::require_same_radius(&self.neighbors, &other.neighbors)?;
         self.averages.merge(&other.averages)

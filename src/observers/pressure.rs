@@ -1,8 +1,8 @@
 //! Pressure against height, from the weight of the column.
 
-use super::bins::{Bins, Place};
+use super::bins::{Bins, HeightBins, Place};
 use crate::statistics::{BlockAverages, Estimate};
-use crate::{Error, Frame, Observer, ObserverError, Slab};
+use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
 
 /// Pressure P(x) that carries the column above,
 ///
@@ -20,11 +20,11 @@ use crate::{Error, Frame, Observer, ObserverError, Slab};
 /// lid otherwise. It is taken as exact.
 ///
 /// ```
-/// use gradient_mc::observers::PressureProfile;
+/// use gradient_mc::observers::{Bins, PressureProfile};
 /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
 /// let slab = Slab::new(60.0, 6.0, 6.0)?;
 /// let scene = Scene::new(slab, 72, UniformField::default(), Isothermal::new(5.0)?)?;
-/// let mut profile = PressureProfile::new(&slab, 120)?;
+/// let mut profile = PressureProfile::new(&slab, Bins::count(120))?;
 /// Simulation::builder(scene).build()?.run(64, &mut profile)?;
 /// // Below the lowest centers the pressure is the weight of the column, N/A.
 /// assert!((profile.points()?[0].pressure.mean - 2.0).abs() < 1e-12);
@@ -32,7 +32,7 @@ use crate::{Error, Frame, Observer, ObserverError, Slab};
 /// ```
 #[derive(Debug, Clone)]
 pub struct PressureProfile {
-    bins: Bins,
+    bins: HeightBins,
     lid_pressure: f64,
     weights: Vec<f64>,
     pressures: Vec<f64>,
@@ -50,24 +50,12 @@ pub struct PressurePoint {
 }
 
 impl PressureProfile {
-    /// Divides the whole slab into `bins` of equal height.
+    /// A profile over `bins` of the heights of `slab`; spheres above them weigh on them.
     ///
     /// # Errors
-    /// [`Error::InvalidBins`] unless there are between 1 and [`MAXIMUM_BINS`](super::MAXIMUM_BINS) bins.
-    pub fn new(slab: &Slab, bins: usize) -> Result<Self, Error> {
-        Self::with_bins(Bins::over(slab, bins)?)
-    }
-
-    /// Divides the heights from `low` to `high`; spheres above them weigh on them.
-    ///
-    /// # Errors
-    /// [`Error::InvalidBins`] for a number of bins as in [`new`](Self::new);
-    /// [`Error::InvalidParameter`] unless 0 ≤ low < high ≤ height of the slab.
-    pub fn with_range(slab: &Slab, low: f64, high: f64, bins: usize) -> Result<Self, Error> {
-        Self::with_bins(Bins::new(slab, low, high, bins)?)
-    }
-
-    fn with_bins(bins: Bins) -> Result<Self, Error> {
+    /// Those of [`Bins`].
+    pub fn new(slab: &Slab, bins: Bins) -> Result<Self, Error> {
+        let bins = bins.of(slab)?;
         Ok(Self {
             bins,
             lid_pressure: 0.0,
@@ -112,12 +100,11 @@ impl PressureProfile {
         });
         Ok(points.collect())
     }
+}
 
-    /// Adds what an independent replica of the scene has seen; the lid pressure stays this one's.
-    ///
-    /// # Errors
-    /// [`Error::InvalidParameter`] unless slab and bins are the same.
-    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
+/// The lid pressure stays this one's.
+impl Merge for PressureProfile {
+    fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;
         self.averages.merge(&other.averages)
     }
@@ -136,7 +123,7 @@ impl Observer for PressureProfile {
 /// area), using `weights` as scratch, and calls `count` with the bin of every sphere inside.
 pub(super) fn weigh_column(
     frame: &Frame<'_>,
-    bins: &Bins,
+    bins: &HeightBins,
     weights: &mut [f64],
     pressures: &mut [f64],
     mut count: impl FnMut(usize),
@@ -185,7 +172,8 @@ mod tests {
         let mut scene = Scene::new(150.0, &heights);
         scene.field = Box::new(ExponentialField::new(0.02).unwrap());
         for (low, high, bins) in [(0.0, 150.0, 37), (0.5, 20.5, 100), (3.0, 4.0, 1)] {
-            let mut profile = PressureProfile::with_range(&scene.slab, low, high, bins).unwrap();
+            let mut profile =
+                PressureProfile::new(&scene.slab, Bins::count(bins).from(low).to(high)).unwrap();
             profile.set_lid_pressure(0.25).unwrap();
             for _ in 0..16 {
                 profile.observe(&scene.frame()).unwrap();
@@ -203,8 +191,8 @@ mod tests {
     #[test]
     fn refining_the_bins_changes_nothing_on_average() {
         let scene = Scene::new(150.0, &ideal_heights(300, 2));
-        let mut coarse = PressureProfile::new(&scene.slab, 10).unwrap();
-        let mut fine = PressureProfile::new(&scene.slab, 1000).unwrap();
+        let mut coarse = PressureProfile::new(&scene.slab, Bins::count(10)).unwrap();
+        let mut fine = PressureProfile::new(&scene.slab, Bins::count(1000)).unwrap();
         (&mut coarse, &mut fine).observe(&scene.frame()).unwrap();
         for (coarse, fine) in coarse.means().iter().zip(fine.means().chunks_exact(100)) {
             let mean = fine.iter().sum::<f64>() / 100.0;

@@ -1,9 +1,9 @@
 //! Order in the plane of a layer: how spheres are distributed around a sphere.
 
-use super::bins::{Bins, Place};
+use super::bins::{HeightBins, Place};
 use super::neighbors::{Neighbors, half_width};
 use crate::statistics::{BlockAverages, Estimate};
-use crate::{Error, Frame, Observer, ObserverError, Slab};
+use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 
@@ -33,7 +33,7 @@ use std::f64::consts::PI;
 /// ```
 #[derive(Debug, Clone)]
 pub struct RadialDistribution {
-    heights: Bins,
+    heights: HeightBins,
     neighbors: Neighbors,
     bins: usize,
     /// Ordered pairs by distance, and the number of spheres.
@@ -81,7 +81,7 @@ impl RadialDistribution {
             return Err(Error::InvalidBins { bins, extent: maximum_distance, maximum });
         }
         Ok(Self {
-            heights: Bins::new(slab, low, high, 1)?,
+            heights: HeightBins::new(slab, low, high, 1)?,
             neighbors,
             bins,
             sample: vec![0.0; bins + 1],
@@ -126,12 +126,10 @@ impl RadialDistribution {
         });
         Ok(points.collect())
     }
+}
 
-    /// Adds what an independent replica of the scene has seen.
-    ///
-    /// # Errors
-    /// [`Error::InvalidParameter`] unless slab, heights, distances and bins are the same.
-    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
+impl Merge for RadialDistribution {
+    fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.heights.require_same(&other.heights)?;
         super::require_same_radius(&self.neighbors, &other.neighbors)?;
         self.averages.merge(&other.averages)
@@ -160,7 +158,7 @@ impl Observer for RadialDistribution {
 }
 
 /// The spheres in a range of heights, moved to one height.
-pub(super) fn in_the_plane(frame: &Frame<'_>, heights: &Bins) -> impl Iterator<Item = Vector3<f64>> {
+pub(super) fn in_the_plane(frame: &Frame<'_>, heights: &HeightBins) -> impl Iterator<Item = Vector3<f64>> {
     let inside = |position: &Vector3<f64>| matches!(heights.locate(position.x), Place::Inside(..));
     frame.positions().filter(inside).map(|position| Vector3::new(0.0, position.y, position.z))
 }

@@ -1,20 +1,20 @@
 //! Fractions of crystal and fluid against height.
 
-use super::bins::{Bins, Place};
+use super::bins::{Bins, HeightBins, Place};
 use super::bond_order::{BondOrder, Structure};
 use crate::statistics::{BlockAverages, Estimate};
-use crate::{Error, Frame, Observer, ObserverError, Slab};
+use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
 
 /// Fractions of fcc-like, hcp-like and fluid-like spheres in bins of equal height, by [`BondOrder`].
 ///
 /// The layer at a wall, whose spheres lack neighbors, is not classified and in no fraction.
 ///
 /// ```
-/// use gradient_mc::observers::StructureProfile;
+/// use gradient_mc::observers::{Bins, StructureProfile};
 /// use gradient_mc::{Every, Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
 /// let slab = Slab::new(60.0, 6.0, 6.0)?;
 /// let scene = Scene::new(slab, 360, UniformField::default(), Isothermal::new(5.0)?)?;
-/// let mut structure = Every::new(4, StructureProfile::with_range(&slab, 1.0, 13.0, 12)?);
+/// let mut structure = Every::new(4, StructureProfile::new(&slab, Bins::count(12).from(1.0).to(13.0))?);
 /// Simulation::builder(scene).build()?.run(64, &mut structure)?;
 /// for point in structure.observer.points()? {
 ///     println!("{:4.1}  {}  {}", point.height, point.face_centered_cubic, point.fluid);
@@ -24,7 +24,7 @@ use crate::{Error, Frame, Observer, ObserverError, Slab};
 /// ```
 #[derive(Debug, Clone)]
 pub struct StructureProfile {
-    bins: Bins,
+    bins: HeightBins,
     order: BondOrder,
     /// Of every bin: spheres that are fcc-like, hcp-like, fluid-like, and the sum of their averaged q₆.
     sample: Vec<f64>,
@@ -51,24 +51,12 @@ pub struct StructurePoint {
 const VALUES: usize = 4;
 
 impl StructureProfile {
-    /// Divides the whole slab into `bins` of equal height.
+    /// A profile over `bins` of the heights of `slab`.
     ///
     /// # Errors
-    /// [`Error::InvalidBins`] unless there are between 1 and [`MAXIMUM_BINS`](super::MAXIMUM_BINS) bins.
-    pub fn new(slab: &Slab, bins: usize) -> Result<Self, Error> {
-        Self::with_bins(slab, Bins::over(slab, bins)?)
-    }
-
-    /// Divides the heights from `low` to `high`.
-    ///
-    /// # Errors
-    /// [`Error::InvalidBins`] for a number of bins as in [`new`](Self::new);
-    /// [`Error::InvalidParameter`] unless 0 ≤ low < high ≤ height of the slab.
-    pub fn with_range(slab: &Slab, low: f64, high: f64, bins: usize) -> Result<Self, Error> {
-        Self::with_bins(slab, Bins::new(slab, low, high, bins)?)
-    }
-
-    fn with_bins(slab: &Slab, bins: Bins) -> Result<Self, Error> {
+    /// Those of [`Bins`].
+    pub fn new(slab: &Slab, bins: Bins) -> Result<Self, Error> {
+        let bins = bins.of(slab)?;
         let components = VALUES * bins.count();
         let averages = BlockAverages::new(components)?;
         Ok(Self { bins, order: BondOrder::new(slab)?, sample: vec![0.0; components], averages })
@@ -141,15 +129,6 @@ impl StructureProfile {
         })?;
         Ok(front.into_iter().next().filter(|front| !front.mean.is_nan()))
     }
-
-    /// Adds what an independent replica of the scene has seen.
-    ///
-    /// # Errors
-    /// [`Error::InvalidParameter`] unless slab and bins are the same.
-    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
-        self.bins.require_same(&other.bins)?;
-        self.averages.merge(&other.averages)
-    }
 }
 
 /// Fractions and mean order from numbers of spheres and the sum of orders.
@@ -169,6 +148,13 @@ fn point(height: f64, values: &[Estimate]) -> StructurePoint {
         hexagonal_close_packed: values[1],
         fluid: values[2],
         bond_order: values[3],
+    }
+}
+
+impl Merge for StructureProfile {
+    fn merge(&mut self, other: &Self) -> Result<(), Error> {
+        self.bins.require_same(&other.bins)?;
+        self.averages.merge(&other.averages)
     }
 }
 
@@ -225,7 +211,7 @@ mod tests {
     #[test]
     fn a_crystal_under_a_gas_has_a_front() {
         let scene = crystal_below(10.0);
-        let mut profile = StructureProfile::new(&scene.slab, 20).unwrap();
+        let mut profile = StructureProfile::new(&scene.slab, Bins::count(20)).unwrap();
         let mut other = profile.clone();
         for _ in 0..16 {
             profile.observe(&scene.frame()).unwrap();
@@ -255,14 +241,14 @@ mod tests {
     #[test]
     fn without_crystal_or_spheres_there_is_no_front() {
         let scene = crystal_below(0.0);
-        let mut profile = StructureProfile::new(&scene.slab, 20).unwrap();
+        let mut profile = StructureProfile::new(&scene.slab, Bins::count(20)).unwrap();
         assert!(matches!(profile.points(), Err(Error::TooFewObservations { .. })));
         for _ in 0..16 {
             profile.observe(&scene.frame()).unwrap();
         }
         assert_eq!(profile.front().unwrap(), None);
         assert!(profile.over(30.0, 31.0).unwrap().fluid.mean.is_nan());
-        let other = StructureProfile::new(&scene.slab, 19).unwrap();
+        let other = StructureProfile::new(&scene.slab, Bins::count(19)).unwrap();
         assert!(matches!(profile.merge(&other), Err(Error::InvalidParameter { .. })));
         assert!(profile.observe(&Scene::new(10.0, &[]).frame()).is_err());
     }

@@ -2,14 +2,13 @@
 
 use super::Start;
 use super::close_packed::Lattice;
-use crate::equation_of_state::{EquationOfState, FluidSolid, ModifiedKolafa};
-use crate::hydrostatics::Hydrostatics;
+use crate::equation_of_state::{FluidSolid, ModifiedKolafa};
 use crate::{Error, Field, Generator, Scene, TemperatureProfile};
 use nalgebra::Vector3;
 
 /// Spheres on random sites of a close-packed lattice, as many in each layer as the hydrostatic
-/// profile of the scene has there (modified Kolafa-Labík-Malijevský fluid, Speedy solid). Without weight and between
-/// freezing and melting no such profile is the only one; then the fluid alone is taken, which is as dense everywhere.
+/// profile of the scene has there (modified Kolafa-Labík-Malijevský fluid, Speedy solid; the fluid alone in a box
+/// without weight that is half frozen, where the solid may be anywhere).
 ///
 /// The lattice makes any packing possible; its vacancies let it melt within some five hundred sweeps
 /// wherever the fluid is stable. The column as a whole starts close to its steady state, which saves
@@ -20,7 +19,7 @@ pub struct Theory;
 
 impl Start for Theory {
     /// # Errors
-    /// What [`Hydrostatics`] returns, and [`Error::LatticeFull`] when the lattice that fits the slab
+    /// What [`Scene::hydrostatics`] returns, and [`Error::LatticeFull`] when the lattice that fits the slab
     /// has too few sites.
     fn place<F: Field, T: TemperatureProfile>(
         &self,
@@ -31,21 +30,15 @@ impl Start for Theory {
         const ROOM: f64 = 1.15;
         let slab = scene.slab();
         let mut lattice = Lattice::densest(slab);
+        // A slab that is too full has no profile either; this says why.
         if scene.particles() > lattice.capacity() {
             return Err(Error::LatticeFull { sites: lattice.capacity(), particles: scene.particles() });
         }
-        let between_walls = |equation: &dyn EquationOfState| {
-            Hydrostatics::new(scene.field(), scene.temperature(), equation)
-                .between_walls(slab, scene.column_density())
-        };
-        // Where fluid and solid coexist at one pressure all the way up, each can be anywhere: a fluid that has not frozen
-        // is everywhere alike.
-        let profile = match between_walls(&FluidSolid::default()) {
-            Err(error @ Error::HydrostaticsNotConverged { .. }) => {
-                between_walls(&ModifiedKolafa).map_err(|_| error)?
-            }
-            other => other?,
-        };
+        let equation_of_state = FluidSolid::default();
+        let profile = scene.hydrostatics(&equation_of_state).or_else(|error| match error {
+            Error::HydrostaticsNotConverged { .. } => scene.hydrostatics(&ModifiedKolafa),
+            error => Err(error),
+        })?;
         let (_, densest) = profile.density_maximum();
         lattice.stretch((lattice.number_density(slab) / (ROOM * densest)).clamp(1.0, 1.5), slab);
         let particles = scene.particles() as f64;
@@ -59,5 +52,26 @@ impl Start for Theory {
             counts[layer] += 1;
         }
         lattice.fill(scene, generator, |layer| counts[layer])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::equation_of_state::number_density;
+    use crate::field::UniformField;
+    use crate::temperature::Isothermal;
+    use crate::{Simulation, Slab};
+
+    /// Between freezing and melting, where fluid and solid of a box without weight may sit anywhere.
+    #[test]
+    fn a_half_frozen_box_without_weight_starts() {
+        for packing_fraction in [0.49, 0.5, 0.53] {
+            let height = 1000.0 / (100.0 * number_density(packing_fraction));
+            let slab = Slab::new(height, 10.0, 10.0).unwrap();
+            let field = UniformField::new(0.0).unwrap();
+            let scene = Scene::new(slab, 1000, field, Isothermal::new(20.0).unwrap()).unwrap();
+            Simulation::builder(scene).seed(1).build().unwrap();
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Averages of vectors in bounded memory.
 
 use super::{Estimate, MINIMUM_BLOCKS, larger};
-use crate::Error;
+use crate::{Error, Merge};
 
 /// Averages of vectors that arrive one by one, with errors of means and of functions of means.
 ///
@@ -307,16 +307,13 @@ impl BlockAverages {
         }
         Ok(())
     }
+}
 
-    /// Adds the observations of an independent replica.
-    ///
-    /// The shorter blocks of the two are first merged to the length of the longer. Blocks of different
-    /// replicas are never merged with each other, so a replica's slow modes stay visible as a difference
-    /// between blocks. Memory grows with the number of replicas.
-    ///
-    /// # Errors
-    /// [`Error::InvalidParameter`] if the numbers of components differ.
-    pub fn merge(&mut self, other: &Self) -> Result<(), Error> {
+/// The shorter blocks of the two are first merged to the length of the longer. Blocks of different
+/// replicas are never merged with each other, so a replica's slow modes stay visible as a difference
+/// between blocks. Memory grows with the number of replicas.
+impl Merge for BlockAverages {
+    fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.require_components(other.components)?;
         let mut other = other.clone();
         while self.block_length < other.block_length {

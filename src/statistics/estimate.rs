@@ -1,6 +1,7 @@
 //! A number with its error bar.
 
 use std::fmt;
+use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A mean and its standard error (one standard deviation of the mean).
 ///
@@ -11,6 +12,21 @@ use std::fmt;
 /// assert_eq!(Estimate::new(42.98131, 0.0137).to_string(), "42.981(14)");
 /// assert_eq!(Estimate::new(42.98131, 2.34).to_string(), "43.0(2.3)");
 /// assert_eq!(Estimate::new(42.98131, 0.0).to_string(), "42.98131(0)");
+/// ```
+///
+/// # Arithmetic
+/// The operators +, −, × and ÷ take an estimate and an *exact* number. Two estimates have no operators, because the error
+/// of a sum depends on how the two are correlated, which they do not know: numbers of one run are correlated. Where
+/// two are independent (other seeds, other scenes), the methods whose names say so combine them, with errors to first
+/// order. Functions of numbers from one run need [`jackknife`](super::BlockAverages::jackknife).
+///
+/// ```
+/// use gradient_mc::statistics::Estimate;
+/// let percent = 100.0 * (Estimate::new(1.02, 0.003) - 1.0);
+/// assert_eq!(percent.to_string(), "2.00(30)");
+/// // Of two runs with different seeds.
+/// let rise = Estimate::new(43.03, 0.03).minus_independent(Estimate::new(42.98, 0.04));
+/// assert_eq!(rise.to_string(), "0.050(50)");
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -28,10 +44,133 @@ impl Estimate {
         Self { mean, standard_error }
     }
 
+    /// A value without an error.
+    #[must_use]
+    pub fn exact(value: f64) -> Self {
+        Self::new(value, 0.0)
+    }
+
+    /// The sum with an estimate whose errors have nothing to do with those of this one.
+    #[must_use]
+    pub fn plus_independent(self, other: Self) -> Self {
+        Self::new(self.mean + other.mean, libm::hypot(self.standard_error, other.standard_error))
+    }
+
+    /// This less an estimate whose errors have nothing to do with those of this one.
+    #[must_use]
+    pub fn minus_independent(self, other: Self) -> Self {
+        self.plus_independent(-other)
+    }
+
+    /// The product with an estimate whose errors have nothing to do with those of this one; errors to first order.
+    #[must_use]
+    pub fn times_independent(self, other: Self) -> Self {
+        let error = libm::hypot(self.standard_error * other.mean, other.standard_error * self.mean);
+        Self::new(self.mean * other.mean, error)
+    }
+
+    /// The ratio to an estimate whose errors have nothing to do with those of this one; errors to first order, which
+    /// needs that of the denominator to be small.
+    #[must_use]
+    pub fn over_independent(self, other: Self) -> Self {
+        let ratio = self.mean / other.mean;
+        let error = libm::hypot(self.standard_error, ratio * other.standard_error) / other.mean.abs();
+        Self::new(ratio, error)
+    }
+
+    /// The mean of independent estimates, all with the same weight; NaN of none.
+    #[must_use]
+    pub fn mean_of_independent(estimates: impl IntoIterator<Item = Self>) -> Self {
+        Self::combine(estimates.into_iter().map(|estimate| (estimate, 1.0)))
+    }
+
+    /// The mean of independent estimates of one quantity with weights 1/error², which has the smallest error; NaN of none.
+    ///
+    /// Errors that are noisy themselves, as those of few blocks, make the result too sure of itself: then
+    /// [`mean_of_independent`](Self::mean_of_independent) is safer. An error of zero gives NaN.
+    #[must_use]
+    pub fn weighted_mean_of_independent(estimates: impl IntoIterator<Item = Self>) -> Self {
+        let weigh = |estimate: Self| (estimate, 1.0 / (estimate.standard_error * estimate.standard_error));
+        Self::combine(estimates.into_iter().map(weigh))
+    }
+
+    fn combine(weighted: impl Iterator<Item = (Self, f64)>) -> Self {
+        let (mut weights, mut sum, mut squared) = (0.0, 0.0, 0.0);
+        for (estimate, weight) in weighted {
+            weights += weight;
+            sum += weight * estimate.mean;
+            squared += (weight * estimate.standard_error) * (weight * estimate.standard_error);
+        }
+        Self::new(sum / weights, squared.sqrt() / weights)
+    }
+
     /// Standard errors between this and an exact `value`, with sign; ±∞ or NaN if the error is zero.
     #[must_use]
     pub fn deviation_from(&self, value: f64) -> f64 {
         (self.mean - value) / self.standard_error
+    }
+}
+
+impl Neg for Estimate {
+    type Output = Self;
+    fn neg(self) -> Self {
+        Self::new(-self.mean, self.standard_error)
+    }
+}
+
+/// With an exact number.
+impl Add<f64> for Estimate {
+    type Output = Self;
+    fn add(self, exact: f64) -> Self {
+        Self::new(self.mean + exact, self.standard_error)
+    }
+}
+
+/// An exact number less.
+impl Sub<f64> for Estimate {
+    type Output = Self;
+    fn sub(self, exact: f64) -> Self {
+        Self::new(self.mean - exact, self.standard_error)
+    }
+}
+
+/// An exact number of times.
+impl Mul<f64> for Estimate {
+    type Output = Self;
+    fn mul(self, exact: f64) -> Self {
+        Self::new(self.mean * exact, self.standard_error * exact.abs())
+    }
+}
+
+/// The ratio to an exact number.
+impl Div<f64> for Estimate {
+    type Output = Self;
+    fn div(self, exact: f64) -> Self {
+        Self::new(self.mean / exact, self.standard_error / exact.abs())
+    }
+}
+
+/// With an exact number.
+impl Add<Estimate> for f64 {
+    type Output = Estimate;
+    fn add(self, estimate: Estimate) -> Estimate {
+        estimate + self
+    }
+}
+
+/// From an exact number.
+impl Sub<Estimate> for f64 {
+    type Output = Estimate;
+    fn sub(self, estimate: Estimate) -> Estimate {
+        -estimate + self
+    }
+}
+
+/// An exact number of times.
+impl Mul<Estimate> for f64 {
+    type Output = Estimate;
+    fn mul(self, estimate: Estimate) -> Estimate {
+        estimate * self
     }
 }
 
@@ -63,6 +202,53 @@ impl fmt::Display for Estimate {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    type Combine = fn(Estimate, Estimate) -> Estimate;
+
+    /// Two normal numbers, many times: the scatter of what is made of them is the error that it claims.
+    #[test]
+    fn errors_of_combinations_are_their_scatter() {
+        const TRIALS: usize = 20_000;
+        let noise = crate::statistics::test_series::autoregressive(0.0, 2 * TRIALS, 11);
+        let (first, second) = (Estimate::new(3.0, 0.05), Estimate::new(-2.0, 0.04));
+        let combinations: [(&str, Combine); 8] = [
+            ("sum", Estimate::plus_independent),
+            ("difference", Estimate::minus_independent),
+            ("product", Estimate::times_independent),
+            ("ratio", Estimate::over_independent),
+            ("mean", |one, other| Estimate::mean_of_independent([one, -other, one])),
+            ("weighted mean", |one, other| Estimate::weighted_mean_of_independent([one, other])),
+            ("linear", |one, _| 7.0 - 2.0 * (one - 1.0) / -4.0),
+            ("line", |_, other| -(other * 3.0) + 2.0),
+        ];
+        for (name, combine) in combinations {
+            let claimed = combine(first, second);
+            let (mut sum, mut square) = (0.0, 0.0);
+            for noise in noise.chunks_exact(2) {
+                let value = combine(
+                    Estimate::new(first.mean + noise[0] * first.standard_error, first.standard_error),
+                    Estimate::new(second.mean + noise[1] * second.standard_error, second.standard_error),
+                );
+                let off = value.mean - claimed.mean;
+                (sum, square) = (sum + off, square + off * off);
+            }
+            let mean = sum / TRIALS as f64;
+            let scatter = (square / TRIALS as f64 - mean * mean).sqrt();
+            let ratio = scatter / claimed.standard_error;
+            // Two of the three in the mean are the same number, so that one is not independent.
+            let expected = if name == "mean" {
+                let (one, other) = (first.standard_error, second.standard_error);
+                (2.0 * one).hypot(other) / (2.0 * one * one + other * other).sqrt()
+            } else {
+                1.0
+            };
+            // A scatter is known to 1/√(2 · 20 000) = 0.5 %, four of them; and 0.1 % of the second order.
+            assert!((ratio / expected - 1.0).abs() < 0.021, "{name}: {ratio} instead of {expected}");
+        }
+        assert!(Estimate::mean_of_independent([]).mean.is_nan());
+        assert_eq!(Estimate::exact(2.0).plus_independent(Estimate::exact(1.0)), Estimate::new(3.0, 0.0));
+        assert_eq!(Estimate::new(2.0, 0.5) * -2.0, Estimate::new(-4.0, 1.0));
+    }
 
     #[test]
     fn uncertainty_is_printed_in_the_last_places() {

@@ -7,7 +7,7 @@
 //! | a series that begins with a relaxation | [`equilibration`] |
 //! | vectors that arrive one by one, too many to keep | [`BlockAverages`] |
 //! | a function of several averages (a ratio) | [`BlockAverages::jackknife`] |
-//! | independent runs | [`BlockAverages::merge`]; the paper's σ and δ: [`deviations`] |
+//! | independent runs | [`Merge`](crate::Merge) for [`BlockAverages`]; [`mean_of_replicas`]; the paper's σ and δ: [`deviations`] |
 //!
 //! Numbers that are not finite propagate: one NaN among the observations makes the mean and the error
 //! of its component NaN, and leaves the other components alone.
@@ -18,6 +18,7 @@ mod blocking;
 pub mod deviations;
 mod equilibration;
 mod estimate;
+mod replicas;
 #[cfg(test)]
 pub(crate) mod test_series;
 
@@ -26,6 +27,7 @@ pub use block_averages::BlockAverages;
 pub use blocking::{blocking, drift, variance};
 pub use equilibration::{Equilibration, equilibration};
 pub use estimate::Estimate;
+pub use replicas::mean_of_replicas;
 
 /// Fewest blocks from which an error is estimated: it is then itself uncertain by 1/√(2·15) = 18 %.
 pub(crate) const MINIMUM_BLOCKS: usize = 16;

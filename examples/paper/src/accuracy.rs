@@ -2,8 +2,6 @@
 //!
 //! Profiles are means of n over bins one diameter high, from x = 0, and P at the middles of these bins.
 
-#![allow(dead_code, reason = "no program uses all of it")]
-
 use std::f64::consts::FRAC_2_PI;
 
 /// Height of a bin.
@@ -63,4 +61,36 @@ pub fn root_mean(squares: &[f64]) -> f64 {
 /// The root mean square.
 pub fn root_mean_square(values: impl IntoIterator<Item = f64>) -> f64 {
     root_mean(&values.into_iter().map(|value| value * value).collect::<Vec<f64>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use approx::assert_relative_eq;
+
+    #[test]
+    fn half_of_what_is_elsewhere_is_misplaced() {
+        let (own, reference) = ([2.0, 1.0, 1.0], [1.0, 1.0, 2.0]);
+        // One sphere of four per area.
+        assert_relative_eq!(total_variation_distance(&own, &reference, 4.0), 0.25);
+        let noise = expected_total_variation_distance(&[0.1; 3], 4.0);
+        assert_relative_eq!(noise, 0.5 * 0.3 * FRAC_2_PI.sqrt() / 4.0);
+    }
+
+    #[test]
+    fn pressures_are_compared_with_that_at_the_base_and_nan_is_not_passed_over() {
+        assert_relative_eq!(pressure_deviation(&[4.0, 2.5], &[4.0, 2.0]), 0.125);
+        assert!(pressure_deviation(&[f64::NAN, 2.0], &[4.0, 2.0]).is_nan());
+    }
+
+    #[test]
+    fn the_bulk_is_above_the_layers_and_not_too_dilute() {
+        let reference = [1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1e-3];
+        let mut values = reference;
+        (values[0], values[8], values[9], values[10]) = (9.0, 1.03, 0.96, 9.0);
+        let expected = ((0.03 * 0.03 + 0.04 * 0.04) / 2.0_f64).sqrt();
+        assert_relative_eq!(bulk_deviation(&values, &reference, &reference), expected, epsilon = 1e-12);
+        assert_relative_eq!(root_mean_square([3.0, 4.0]), 12.5_f64.sqrt());
+        assert!(root_mean(&[]).is_nan());
+    }
 }

@@ -1,19 +1,16 @@
-//! Captions of the pictures that an example draws, for whoever puts them on a page.
+//! Captions of the pictures that a study draws, for whoever puts them on a page.
 
 use super::Failure;
 use super::output::create_directory;
 use std::path::Path;
 
 /// Writes `captions.csv`: the file of each picture, in the order in which they are to be seen, and what it shows.
-pub fn write_captions<'a>(
-    directory: &Path,
-    captions: impl IntoIterator<Item = (&'a str, String)>,
-) -> Result<(), Failure> {
+pub fn write_captions(directory: &Path, captions: &[(String, String)]) -> Result<(), Failure> {
     create_directory(directory)?;
     let mut writer = csv::Writer::from_path(directory.join("captions.csv"))?;
     writer.write_record(["file", "caption"])?;
     for (file, caption) in captions {
-        writer.write_record([file, &caption])?;
+        writer.write_record([file, caption])?;
     }
     writer.flush()?;
     Ok(())

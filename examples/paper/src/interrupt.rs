@@ -22,6 +22,18 @@ impl Interrupt {
         Ok(Self(pressed))
     }
 
+    /// One that listens to nobody.
+    #[cfg(test)]
+    pub(crate) fn silent() -> Self {
+        Self(Arc::default())
+    }
+
+    /// As Ctrl-C does.
+    #[cfg(test)]
+    pub(crate) fn press(&self) {
+        self.0.store(true, Ordering::SeqCst);
+    }
+
     /// Whether a clean stop was asked for.
     pub fn pressed(&self) -> bool {
         self.0.load(Ordering::SeqCst)

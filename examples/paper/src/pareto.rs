@@ -18,3 +18,13 @@ pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     });
     order
 }
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn what_is_dearer_and_no_better_is_not_on_the_front() {
+        let points = [(2.0, 0.5), (1.0, 1.0), (3.0, 0.5), (4.0, 0.1), (0.5, f64::NAN), (1.0, 2.0)];
+        assert_eq!(super::front(&points), [1, 0, 3]);
+        assert!(super::front(&[]).is_empty());
+    }
+}

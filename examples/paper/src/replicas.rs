@@ -1,28 +1,36 @@
-//! Independent replicas on all cores, with results that do not depend on how many there are.
+//! Runs on all cores, and sweeps in chunks between which a run can be stopped.
 
 use super::Failure;
 use super::interrupt::Interrupt;
 use super::progress::Progress;
-use rayon::prelude::*;
+use gradient_mc::{Error, Outcome, Replicas};
+use std::sync::Mutex;
 
 /// Does `work` on every task, on `threads` threads (0: all cores); results in the order of the tasks.
 pub fn in_parallel<Task, Output>(
     threads: usize,
     tasks: Vec<Task>,
-    work: impl Fn(Task) -> Result<Output, Failure> + Sync + Send,
+    work: impl Fn(Task) -> Result<Output, Failure> + Sync,
 ) -> Result<Vec<Output>, Failure>
 where
     Task: Send,
     Output: Send,
 {
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build()?;
-    // One task at a time to each thread: they are few and long.
-    pool.install(|| tasks.into_par_iter().with_max_len(1).map(work).collect())
+    let tasks: Vec<Mutex<Option<Task>>> = tasks.into_iter().map(|task| Mutex::new(Some(task))).collect();
+    let outcomes = Replicas::new(1).threads(threads).run_each(&tasks, |task, _| {
+        let task = task.lock().ok().and_then(|mut task| task.take()).ok_or("a task can be done once")?;
+        work(task)
+    });
+    let outcomes = outcomes.map_err(|error| match error {
+        Error::Replica { source, .. } => source,
+        error => error.into(),
+    })?;
+    Ok(outcomes.into_iter().flat_map(Outcome::into_replicas).collect())
 }
 
 /// Number of threads that [`in_parallel`] takes for this request.
 pub fn thread_count(threads: usize) -> usize {
-    if threads > 0 { threads } else { std::thread::available_parallelism().map_or(1, usize::from) }
+    Replicas::new(1).threads(threads).thread_count()
 }
 
 /// Makes `sweeps` sweeps in chunks, reporting each; returns how many were made before an interrupt.

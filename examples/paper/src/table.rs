@@ -1,5 +1,6 @@
 //! Tables on the terminal: one row per quantity, one column per case.
 
+use gradient_mc::statistics::Estimate;
 use std::fmt;
 
 /// A table with a label at the head of each row.
@@ -18,6 +19,11 @@ impl Table {
     pub fn row(&mut self, label: &str, cells: impl IntoIterator<Item = String>) {
         self.rows.push(std::iter::once(label.to_owned()).chain(cells).collect());
     }
+}
+
+/// A number with its error, in per cent.
+pub fn percent(estimate: Estimate) -> String {
+    (100.0 * estimate).to_string()
 }
 
 impl fmt::Display for Table {
@@ -39,5 +45,19 @@ impl fmt::Display for Table {
             }
         }
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_are_as_wide_as_their_widest_cell() {
+        let mut table = Table::new(["β", "n"]);
+        table.row("0.05", ["1".to_owned()]);
+        table.row("", []);
+        assert_eq!(table.to_string(), "β      n\n--------\n0.05   1\n\n");
+        assert_eq!(percent(Estimate::new(0.5, 0.01)), Estimate::new(50.0, 1.0).to_string());
     }
 }

@@ -45,7 +45,10 @@ impl Verdict {
     }
 }
 
-/// All verdicts of an example.
+/// The columns of `verdicts.csv`.
+const COLUMNS: [&str; 7] = ["figure", "claim", "measured", "standard_error", "lowest", "highest", "holds"];
+
+/// All verdicts of a study.
 #[derive(Debug, Clone, Default)]
 pub struct Verdicts(Vec<Verdict>);
 
@@ -86,6 +89,11 @@ impl Verdicts {
         self.between(figure, claim, measured, expected - reach, expected + reach);
     }
 
+    /// Claims that something is so.
+    pub fn is_so(&mut self, figure: &str, claim: &str, so: bool) {
+        self.at_least(figure, claim, Estimate::new(f64::from(u8::from(so)), 0.0), 1.0);
+    }
+
     pub fn iter(&self) -> impl Iterator<Item = &Verdict> {
         self.0.iter()
     }
@@ -100,15 +108,7 @@ impl Verdicts {
     pub fn write_csv(&self, directory: &Path) -> Result<(), Failure> {
         create_directory(directory)?;
         let mut writer = csv::Writer::from_path(directory.join("verdicts.csv"))?;
-        writer.write_record([
-            "figure",
-            "claim",
-            "measured",
-            "standard_error",
-            "lowest",
-            "highest",
-            "holds",
-        ])?;
+        writer.write_record(COLUMNS)?;
         for verdict in &self.0 {
             writer.write_record([
                 verdict.figure.clone(),
@@ -142,4 +142,54 @@ impl fmt::Display for Verdicts {
 fn brief(value: f64) -> String {
     let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
     format!("{rounded}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn holds(claim: impl FnOnce(&mut Verdicts)) -> bool {
+        let mut verdicts = Verdicts::new();
+        claim(&mut verdicts);
+        verdicts.ending() == Ending::Finished
+    }
+
+    #[test]
+    fn a_claim_holds_in_its_range_and_what_was_not_measured_nowhere() {
+        let measured = |mean: f64| Estimate::new(mean, 0.1);
+        assert!(holds(|verdicts| verdicts.at_most("1", "small", measured(1.0), 1.0)));
+        assert!(!holds(|verdicts| verdicts.at_most("1", "small", measured(1.1), 1.0)));
+        assert!(holds(|verdicts| verdicts.at_least("1", "large", measured(1.1), 1.0)));
+        for range in [(-1.0, 1.0), (f64::NEG_INFINITY, f64::INFINITY)] {
+            let unknown = Estimate::new(f64::NAN, 0.1);
+            assert!(!holds(|verdicts| verdicts.between("1", "something", unknown, range.0, range.1)));
+        }
+        assert!(holds(|verdicts| verdicts.is_so("1", "so", true)));
+        assert!(!holds(|verdicts| verdicts.is_so("1", "so", false)));
+        assert!(!holds(|_| ()), "who claims nothing has shown nothing");
+    }
+
+    #[test]
+    fn agreement_needs_an_error_bar_that_says_something() {
+        let agrees = |mean: f64, error: f64| {
+            holds(|verdicts| verdicts.agrees("1", "as expected", Estimate::new(mean, error), (2.0, 4.0), 0.1))
+        };
+        assert!(agrees(2.3, 0.1) && !agrees(2.5, 0.1));
+        assert!(!agrees(2.0, 0.2) && !agrees(2.0, f64::NAN) && !agrees(2.1, 0.0));
+    }
+
+    #[test]
+    fn ranges_and_numbers_in_words() {
+        let verdict = |lowest: f64, highest: f64| Verdict {
+            figure: "1".into(),
+            claim: String::new(),
+            measured: Estimate::new(0.123_456, 0.0),
+            lowest,
+            highest,
+        };
+        assert_eq!(verdict(-1.0, 2.0).range(), "-1 to 2");
+        assert_eq!(verdict(f64::NEG_INFINITY, 0.333_333).range(), "at most 0.3333");
+        assert_eq!(verdict(1.0, f64::INFINITY).range(), "at least 1");
+        assert_eq!(verdict(1.0, 2.0).measured_in_words(), "0.1235");
+    }
 }

@@ -10,7 +10,7 @@ pub fn lines<'a>(replicas: impl IntoIterator<Item = &'a [Warning]>) -> Vec<Strin
         (Warning::NotMixed { evidence, .. }, Warning::NotMixed { evidence: other, .. }) => {
             discriminant(evidence) == discriminant(other)
         }
-        _ => discriminant(one) == discriminant(other),
+        _ => one.kind() == other.kind(),
     };
     let mut kinds: Vec<(&Warning, usize)> = Vec::new();
     for warning in replicas.iter().flat_map(|warnings| warnings.iter()) {

@@ -14,7 +14,7 @@ fn factor(lattice: usize, eta: f64, technique: Technique, sweeps: u64) -> Estima
     spheres.equilibrate(sweeps / 4);
     let measured = spheres.measure(sweeps).unwrap();
     assert!(spheres.smallest_distance() > 1.0 - 1e-9, "spheres overlap");
-    Estimate::new(measured.mean + finite_size(spheres.particles(), eta), measured.standard_error)
+    measured + finite_size(spheres.particles(), eta)
 }
 
 /// Within four standard errors, which are below `cap` relative to Z.

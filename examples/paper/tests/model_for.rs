@@ -5,9 +5,9 @@
 
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
+use gradient_mc::Error;
 use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::model::{IdealColumn, Model, ModelChoice, MonteCarloPlan, Reason, total_variation_distance};
-use gradient_mc::{Error, Hydrostatics};
 use paper::calibration::data::{Base, ColumnRow, Plan, Seeds};
 use paper::calibration::fit;
 use paper::calibration::scenes::{Column, HeldOut, Parameters};
@@ -80,11 +80,7 @@ struct Run {
 /// The formulas on one scene.
 fn formulas(scene: &Column, truth: &[f64]) -> [Run; 2] {
     let ideal = || IdealColumn::new(scene).unwrap();
-    let theory = || {
-        Hydrostatics::new(scene.field(), scene.temperature(), ModifiedKolafa)
-            .between_walls(scene.slab(), scene.column_density())
-            .unwrap()
-    };
+    let theory = || scene.hydrostatics(&ModifiedKolafa).unwrap();
     let error = |model: Model| total_variation_distance(&model.densities(scene, 0).unwrap(), truth);
     [
         Run { error: error(Model::IdealGas(ideal())), seconds: time(ideal) },

@@ -40,6 +40,8 @@ pub(super) struct Trials<const COUNT: usize> {
     ignored: [u32; COUNT],
     candidates: [u64; COUNT],
     refused: [bool; COUNT],
+    /// Those that would leave the domain, and not the slab.
+    leaving: [bool; COUNT],
 }
 
 /// One trial, as far as it was prepared.
@@ -76,6 +78,7 @@ impl<const COUNT: usize> Trials<COUNT> {
             ignored: [0; COUNT],
             candidates: [0; COUNT],
             refused: [false; COUNT],
+            leaving: [false; COUNT],
         }
     }
 
@@ -166,12 +169,16 @@ impl<const COUNT: usize> Trials<COUNT> {
             let beyond = local.wrapping_sub(1) >= moving;
             // One that leaves the domain is looked at wherever.
             self.local[trial] = if beyond { 1 } else { local };
-            self.refused[trial] |= beyond;
+            self.leaving[trial] = beyond;
         }
         if !tile_of.is_empty() {
             for trial in 0..COUNT {
-                self.refused[trial] |= usize::from(tile_of[self.cell[3][trial] as usize]) != tile;
+                self.leaving[trial] |= usize::from(tile_of[self.cell[3][trial] as usize]) != tile;
             }
+        }
+        for trial in 0..COUNT {
+            self.leaving[trial] &= !self.refused[trial];
+            self.refused[trial] |= self.leaving[trial];
         }
         for trial in 0..COUNT {
             let Place { layer, index } = self.place[trial];
@@ -209,6 +216,12 @@ impl<const COUNT: usize> Trials<COUNT> {
     #[inline]
     pub(super) fn pending(&self) -> u32 {
         self.refused.iter().enumerate().map(|(trial, &refused)| u32::from(!refused) << trial).sum()
+    }
+
+    /// The trials that would leave the domain, one bit for each.
+    #[inline]
+    pub(super) fn leaving(&self) -> u32 {
+        self.leaving.iter().enumerate().map(|(trial, &leaving)| u32::from(leaving) << trial).sum()
     }
 
     /// A trial that has not been refused yet.

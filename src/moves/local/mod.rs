@@ -236,6 +236,7 @@ impl Engine {
                 return Err(Error::InvalidPotential { height, potential });
             }
             move_counts.accepted += outcome.accepted;
+            move_counts.left_domain += outcome.left_domain;
             if let Some(recorder) = recorder {
                 outcome.moves.iter().for_each(|accepted| recorder.record_move(accepted));
             }

@@ -82,6 +82,28 @@ fn one_sphere_in_many_domains_follows_the_barometric_law() {
     }
 }
 
+/// Without weight a lone sphere is rejected by walls and by the faces of domains alone, and by walls in S/(2L) of the trials.
+#[test]
+fn trials_that_leave_a_domain_are_counted() {
+    let (size, range, sweeps) = (1.0, 12.0, 1_000_000);
+    let mut column = Column::new([range + 1.0, 12.0, 12.0], 1.0, &[[1.0; 3]], LocalMoves::unchecked(size));
+    let (slab, temperature) = (*column.scene.slab(), *column.scene.temperature());
+    column.scene = Scene::new(slab, 1, UniformField::new(0.0).unwrap(), temperature).unwrap();
+    (0..sweeps).for_each(|_| column.sweep());
+    assert!(column.engine.domains.slabs() >= 2 && column.engine.domains.tiles() >= 4);
+    let MoveCounts { trials, accepted, left_domain, .. } = column.move_counts;
+    assert!(left_domain as f64 > 0.1 * trials as f64);
+    let walls = (trials - accepted - left_domain) as f64 / trials as f64;
+    // Some 6000 independent heights, of which a sixth lie near a wall.
+    let expected = size / (2.0 * range);
+    assert!((walls / expected - 1.0).abs() < 0.06, "{walls} instead of {expected}");
+    // A system of one domain.
+    column.engine.domains = Domains::new(Sizes::GOOD);
+    column.move_counts = MoveCounts::default();
+    (0..1000).for_each(|_| column.sweep());
+    assert_eq!(column.move_counts.left_domain, 0);
+}
+
 /// Compares the first two moments of the height above contact, of one sphere in a box that leaves it `range`, with those
 /// of exp(−x/T).
 pub(super) fn check_barometric(moments: &BlockAverages, temperature: f64, range: f64) -> Result<(), String> {

@@ -32,6 +32,8 @@ pub(super) struct Place {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Outcome {
     pub(super) accepted: u64,
+    /// Rejected because they would leave their domain.
+    pub(super) left_domain: u64,
     /// Filled only if somebody wants to know.
     pub(super) moves: Vec<AcceptedMove>,
     /// A height at which the potential is not a number, which ends the visit.
@@ -40,7 +42,7 @@ pub(super) struct Outcome {
 
 impl Outcome {
     pub(super) fn clear(&mut self) {
-        (self.accepted, self.invalid) = (0, None);
+        (self.accepted, self.left_domain, self.invalid) = (0, 0, None);
         self.moves.clear();
     }
 }
@@ -153,6 +155,7 @@ impl Slice<'_> {
             targets.follow(&trials);
             // Only those that may be accepted: which is hardly predictable, but for a batch costs one wrong guess.
             let all = !(u32::MAX << batch);
+            let mut leaving = trials.leaving() & all;
             let mut pending = if EARLY == CROWDED { trials.pending() & all } else { all };
             while pending != 0 {
                 let number = pending.trailing_zeros() as usize;
@@ -161,6 +164,7 @@ impl Slice<'_> {
                     // The outcome must be that of one trial after the other.
                     let mut again = trials.alone(number);
                     again.prepare::<EARLY>(&rules, self, places);
+                    leaving = leaving & !(1 << number) | again.leaving() << number;
                     again.get(0)
                 } else {
                     trials.get(number)
@@ -208,6 +212,7 @@ impl Slice<'_> {
                     outcome.moves.push(AcceptedMove { from_height, displacement });
                 }
             }
+            outcome.left_domain += u64::from(leaving.count_ones());
         }
     }
 

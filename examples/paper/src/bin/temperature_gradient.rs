@@ -8,31 +8,26 @@
 //!
 //! `--full` goes on until errors are below a quarter of a per cent.
 
-use clap::Parser;
 use gradient_mc::drive::{Certificate, ForceBalance, SelfConsistent};
-use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
+use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves};
-use gradient_mc::observers::EquationOfStateProfile;
+use gradient_mc::observers::{Bins, EquationOfStateProfile};
 use gradient_mc::start::{ClosePacked, RandomInsertion};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::ExponentialTemperature;
-use gradient_mc::{Every, HydrostaticProfile, Hydrostatics, Scene, Simulation, Slab, Warning};
-use paper::arguments::SharedArguments;
+use gradient_mc::{Every, HydrostaticProfile, Hydrostatics, Merge, Scene, Simulation, Slab, Warning};
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
-use paper::interrupt::Interrupt;
-use paper::progress::Progress;
-use paper::table::Table;
-use paper::{Ending, Failure, conclude, groups, output, replicas, warnings};
-use std::path::Path;
+use paper::row;
+use paper::study;
+use paper::table::{Table, percent};
+use paper::verdict::Verdicts;
+use paper::{Ending, Failure, Report, Session, Side, Watch, groups, warnings};
 use std::process::ExitCode;
 
 /// Measures P/(nTZ) in temperature gradients, and how well it is known.
-#[derive(Parser, Debug)]
-#[command(name = "temperature_gradient")]
+#[derive(clap::Args, Debug)]
 struct Arguments {
-    #[command(flatten)]
-    shared: SharedArguments,
     /// Until errors are below a quarter of a per cent: three to six minutes on two cores
     #[arg(long, visible_alias = "paper")]
     full: bool,
@@ -84,69 +79,54 @@ fn replica(
     number: u64,
     sweeps: u64,
     seed: u64,
-    interrupt: &Interrupt,
-    progress: &Progress,
+    watch: &Watch<'_>,
 ) -> Result<Replica, Failure> {
     let slab = slab()?;
     let temperature = ExponentialTemperature::new(TEMPERATURE, decay_rate)?;
-    // A few thousand.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let particles = (COLUMN_DENSITY * slab.base_area()).round() as usize;
-    let scene = Scene::new(slab, particles, UniformField::default(), temperature)?;
+    let scene = Scene::with_column_density(slab, COLUMN_DENSITY, UniformField::default(), temperature)?;
     let moves = EventChains::default().local_moves(Some(LocalMoves::tuned()));
     let builder = Simulation::builder(scene).scheme(SelfConsistent::default()).moves(moves).seed(seed);
-    let mut simulation = if number.is_multiple_of(2) {
-        builder.start(RandomInsertion::default()).build()?
-    } else {
-        builder.start(ClosePacked).build()?
+    let mut simulation = match Side::of(number) {
+        Side::Above => builder.start(RandomInsertion::default()).build()?,
+        Side::Below => builder.start(ClosePacked).build()?,
     };
-    replicas::in_chunks(sweeps, interrupt, progress, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
-    let bins = 4 * 399;
-    let mut profile = Every::new(5, EquationOfStateProfile::with_range(&slab, 0.5, HEIGHT - 0.5, bins)?);
-    let made =
-        replicas::in_chunks(sweeps, interrupt, progress, |sweeps| simulation.run(sweeps, &mut profile))?;
-    if made < sweeps {
-        return Err("interrupted before enough was measured".into());
-    }
+    watch.sweeps(sweeps, 1, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
+    let mut profile =
+        Every::new(5, EquationOfStateProfile::new(&slab, Bins::of_width(0.25).from(0.5).to(HEIGHT - 0.5))?);
+    watch.sweeps(sweeps, 1, |sweeps| simulation.run(sweeps, &mut profile))?;
     let balance = simulation.force_balance().ok_or("there is a field to be judged")?.clone();
     Ok((profile.observer, balance, simulation.warnings()))
 }
 
-fn percent(deviation: Estimate) -> String {
-    Estimate::new(100.0 * deviation.mean, 100.0 * deviation.standard_error).to_string()
-}
-
 fn main() -> ExitCode {
-    conclude(run(&Arguments::parse()))
+    study::main("temperature_gradient", run)
 }
 
-fn run(arguments: &Arguments) -> Result<Ending, Failure> {
-    let directory = arguments.shared.directory("temperature_gradient");
-    output::create_directory(&directory)?;
-    let interrupt = Interrupt::listen()?;
-    let (replicas_of_each, sweeps) = if arguments.full { (4, 12_000) } else { (2, 2500) };
+fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
+    let (replicas_of_each, sweeps) =
+        if arguments.full { (4, session.choose(12_000, 100)) } else { (2, session.choose(2500, 100)) };
     let tasks: Vec<(usize, u64)> = (0..DECAY_RATES.len())
-        // The longest first, so that the threads end together.
-        .rev()
         .flat_map(|index| (0..replicas_of_each).map(move |number| (index, number)))
         .collect();
     // The steepest column remembers longest.
     let sweeps = |index: usize| if DECAY_RATES[index] > 0.04 { 2 * sweeps } else { sweeps };
-    let work = tasks.iter().map(|&(index, _)| 2 * sweeps(index)).sum();
-    let progress = Progress::new(work, "temperature gradients");
-    let base_seed = arguments.shared.seed.wrapping_mul(1_000_003);
-    let measured = replicas::in_parallel(arguments.shared.threads, tasks, |(index, number)| {
-        let seed = base_seed.wrapping_add(index as u64 * 1000 + number);
-        replica(DECAY_RATES[index], number, sweeps(index), seed, &interrupt, &progress)
-    });
-    progress.finish();
-    let measured = match measured {
-        Err(_) if interrupt.pressed() => return Ok(Ending::Interrupted),
-        measured => measured?,
-    };
+    let measured = session.run_all(
+        "temperature gradients",
+        tasks,
+        |&(index, _)| 2 * sweeps(index),
+        |(index, number), watch| {
+            replica(
+                DECAY_RATES[index],
+                number,
+                sweeps(index),
+                session.seed(index as u64 * 1000 + number),
+                watch,
+            )
+        },
+    )?;
     let mut outcomes = Vec::new();
     for (decay_rate, replicas) in
-        DECAY_RATES.into_iter().zip(measured.chunks(usize::try_from(replicas_of_each)?).rev())
+        DECAY_RATES.into_iter().zip(measured.chunks(usize::try_from(replicas_of_each)?))
     {
         let (first, rest) = replicas.split_first().ok_or("nothing was measured")?;
         let (mut profile, mut balance, _) = first.clone();
@@ -159,14 +139,14 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
             .between_walls(&slab()?, COLUMN_DENSITY)?;
         let edges = edges(&theory);
         let groups = groups::ranges_between(&edges);
-        let deviations =
-            profile.deviations_over(&groups, |eta| ModifiedKolafa.compressibility_factor(eta))?;
+        let deviations = profile.deviations_over(&groups, &ModifiedKolafa)?;
         let certificate = balance.certificate(TOLERANCE)?;
         let warnings = warnings::lines(replicas.iter().map(|(.., warnings)| &warnings[..]));
         outcomes.push(Outcome { decay_rate, edges, deviations, certificate, warnings });
     }
-    write(&outcomes, &directory)?;
-    draw(&outcomes, &directory.join("temperature_gradient"))?;
+    let mut report = Report::new(session);
+    write(&outcomes, &report)?;
+    draw(&outcomes, &mut report)?;
     println!("{}", table(&outcomes));
     for outcome in &outcomes {
         println!("β = {}: {}", outcome.decay_rate, outcome.certificate);
@@ -174,8 +154,8 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
             println!("β = {}: {warning}", outcome.decay_rate);
         }
     }
-    println!("written to {}", directory.display());
-    Ok(if verdict(&outcomes, arguments.full) { Ending::Finished } else { Ending::ClaimFailed })
+    report.verdicts = verdicts(&outcomes, arguments.full);
+    report.finish()
 }
 
 fn table(outcomes: &[Outcome]) -> Table {
@@ -203,50 +183,47 @@ fn table(outcomes: &[Outcome]) -> Table {
     table
 }
 
-/// Whether the claim holds: every group within the claim and four standard errors of zero, every run certified; errors
-/// small enough in a full run.
-fn verdict(outcomes: &[Outcome], full: bool) -> bool {
-    let mut holds = true;
-    for Outcome { decay_rate, deviations, certificate, .. } in outcomes {
-        for deviation in deviations {
-            let significant = deviation.deviation_from(0.0).abs() > 4.0;
-            let beyond =
-                deviation.mean.abs() > CLAIM + if full { 0.0 } else { 4.0 * deviation.standard_error };
-            if significant || beyond || deviation.standard_error.is_nan() {
-                println!("FAILS at β = {decay_rate}: {} %", percent(*deviation));
-                holds = false;
-            }
-            if full && deviation.standard_error > LARGEST_ERROR {
-                println!("FAILS at β = {decay_rate}: the error of {} % is too large", percent(*deviation));
-                holds = false;
-            }
+/// Every group of heights within the claim and four standard errors of zero; in a full run every run certified, and errors small
+/// enough.
+fn verdicts(outcomes: &[Outcome], full: bool) -> Verdicts {
+    let mut verdicts = Verdicts::new();
+    for Outcome { decay_rate, edges, deviations, certificate, .. } in outcomes {
+        for (&deviation, group) in deviations.iter().zip(edges.windows(2)) {
+            let claim =
+                format!("β = {decay_rate}: P/(nTZ) − 1 at heights from {:.1} to {:.1}", group[0], group[1]);
+            // Within the claim or its error, and within four errors of zero.
+            let error = 4.0 * deviation.standard_error;
+            let reach = error.min(CLAIM + if full { 0.0 } else { error });
+            verdicts.between("17", &claim, deviation, -reach, reach);
         }
-        if full && !certificate.is_converged() {
-            println!("FAILS at β = {decay_rate}: {certificate}");
-            holds = false;
+        if full {
+            let largest = groups::largest(deviations.iter().map(|deviation| deviation.standard_error));
+            let claim = format!("β = {decay_rate}: largest error of P/(nTZ) − 1");
+            verdicts.at_most("17", &claim, Estimate::exact(largest), LARGEST_ERROR);
+            let claim = format!("β = {decay_rate}: runs are certified: {certificate}");
+            verdicts.is_so("17", &claim, certificate.is_converged());
         }
     }
-    if holds {
-        println!("holds: P is n T Z wherever it can be expected to, within {} % or its error", 100.0 * CLAIM);
-    }
-    holds
+    verdicts
 }
 
-fn write(outcomes: &[Outcome], directory: &Path) -> Result<(), Failure> {
+fn write(outcomes: &[Outcome], report: &Report) -> Result<(), Failure> {
     let rows = outcomes.iter().flat_map(|outcome| {
-        outcome.edges.windows(2).zip(&outcome.deviations).map(|(group, deviation)| {
-            [outcome.decay_rate, group[0], group[1], deviation.mean, deviation.standard_error]
-        })
+        outcome
+            .edges
+            .windows(2)
+            .zip(&outcome.deviations)
+            .map(|(group, deviation)| row![outcome.decay_rate, group[0], group[1], deviation])
     });
-    output::write_csv(
-        &directory.join("temperature_gradient.csv"),
+    report.table(
+        "temperature_gradient",
         "lengths in d; deviation is the sum of P over that of n T Z in the group of heights, less 1",
-        ["decay_rate", "lowest_height", "highest_height", "deviation", "deviation_error"],
+        "decay_rate, lowest_height, highest_height, deviation, deviation_error",
         rows,
     )
 }
 
-fn draw(outcomes: &[Outcome], path: &Path) -> Result<(), Failure> {
+fn draw(outcomes: &[Outcome], report: &mut Report) -> Result<(), Failure> {
     const COLORS: [paper::figure::RGBColor; 5] =
         [colors::INK, colors::BLUE, colors::GREEN, colors::VERMILION, colors::PURPLE];
     let highest = outcomes.iter().map(|outcome| outcome.edges[GROUPS]).fold(0.0, f64::max);
@@ -262,16 +239,13 @@ fn draw(outcomes: &[Outcome], path: &Path) -> Result<(), Failure> {
     }
     for (outcome, color) in outcomes.iter().zip(COLORS) {
         let groups = outcome.edges.windows(2).zip(&outcome.deviations);
-        let points = groups.map(|(group, deviation)| Point {
-            x: f64::midpoint(group[0], group[1]),
-            y: 100.0 * deviation.mean,
-            error: 100.0 * deviation.standard_error,
-        });
+        let points =
+            groups.map(|(group, deviation)| Point::percent(f64::midpoint(group[0], group[1]), *deviation));
         panel = panel.points(&format!("β = {}", outcome.decay_rate), color, Mark::Points, points);
     }
-    Figure::new(
-        "P/(nTZ) − 1 in temperature gradients, T = 20 exp(−βx): the default scheme, no equation of state",
-    )
-    .panel(panel)
-    .save(path)
+    let title =
+        "P/(nTZ) − 1 in temperature gradients, T = 20 exp(−βx): the default scheme, no equation of state";
+    let caption =
+        "P/(nTZ) − 1 over ranges of height that hold equally many spheres; dashed: what is claimed.";
+    report.picture("temperature_gradient", &Figure::new(title).panel(panel), caption)
 }

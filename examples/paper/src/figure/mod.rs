@@ -4,6 +4,7 @@ mod clip;
 mod draw;
 
 use super::Failure;
+use gradient_mc::statistics::Estimate;
 use plotters::prelude::*;
 pub use plotters::style::RGBColor;
 use plotters::style::{FontStyle, register_font};
@@ -37,6 +38,17 @@ pub struct Point {
     pub error: f64,
 }
 
+impl Point {
+    pub fn of(x: f64, Estimate { mean, standard_error, .. }: Estimate) -> Self {
+        Self { x, y: mean, error: standard_error }
+    }
+
+    /// With y in per cent.
+    pub fn percent(x: f64, Estimate { mean, standard_error, .. }: Estimate) -> Self {
+        Self { x, y: 100.0 * mean, error: 100.0 * standard_error }
+    }
+}
+
 /// How a series looks.
 #[derive(Debug, Clone, Copy)]
 pub enum Mark {
@@ -63,6 +75,7 @@ pub struct Series {
 
 /// An axis with its label (quantity and unit), range, and about how many numbers it carries.
 #[derive(Debug, Clone)]
+#[must_use]
 pub struct Axis {
     label: String,
     low: f64,
@@ -135,6 +148,7 @@ struct Note {
 
 /// Axes and what is drawn between them.
 #[derive(Debug, Clone)]
+#[must_use]
 pub struct Panel {
     place: Place,
     title: Option<String>,
@@ -239,6 +253,7 @@ impl Panel {
 
 /// A picture: a title above its panels.
 #[derive(Debug, Clone)]
+#[must_use]
 pub struct Figure {
     title: String,
     size: (u32, u32),

@@ -7,7 +7,7 @@ use crate::field::{ExponentialField, UniformField};
 use crate::moves::LocalMoves;
 use crate::moves::event_chain::{Engine, FieldEvent};
 use crate::observer::{Frame, MoveCounts, Observer};
-use crate::observers::{CenterOfMass, ChainPressureProfile, DensityProfile};
+use crate::observers::{Bins, CenterOfMass, ChainPressureProfile, DensityProfile};
 use crate::statistics::{BlockAverages, Estimate};
 use crate::temperature::Isothermal;
 use crate::{Centers, Scene};
@@ -209,9 +209,9 @@ fn observe(sizes: Sizes, frozen: Frozen, local: Option<LocalMoves>) -> Vec<Estim
         column.sweep(&mut ());
     }
     let slab = *column.scene.slab();
-    let profile = DensityProfile::with_range(&slab, 0.5, 8.5, 8).unwrap();
-    let near_base = DensityProfile::with_range(&slab, 0.5, 0.58, 2).unwrap();
-    let pressures = ChainPressureProfile::with_range(&slab, 1.0, 7.0, 3).unwrap();
+    let profile = DensityProfile::new(&slab, Bins::count(8).from(0.5).to(8.5)).unwrap();
+    let near_base = DensityProfile::new(&slab, Bins::count(2).from(0.5).to(0.58)).unwrap();
+    let pressures = ChainPressureProfile::new(&slab, Bins::count(3).from(1.0).to(7.0)).unwrap();
     let mut observers = (CenterOfMass::new(), profile, near_base, pressures);
     for _ in 0..100_000 {
         column.sweep(&mut observers);

@@ -1,4 +1,4 @@
-//! What an example has left in its directory: pictures with captions, verdicts, and what it printed.
+//! What a study has left in its directory: pictures with captions, verdicts, and what it printed.
 
 use gradient_mc::statistics::Estimate;
 use paper::Failure;
@@ -6,7 +6,7 @@ use paper::verdict::Verdict;
 use std::fs;
 use std::path::Path;
 
-/// What an example prints is kept under this name.
+/// What a study prints is kept under this name.
 pub(crate) const REPORT: &str = "report.txt";
 
 /// A picture and what it shows.
@@ -32,7 +32,7 @@ impl Picture {
     }
 }
 
-/// Everything that an example has left.
+/// Everything that a study has left.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Gathered {
     pub(crate) pictures: Vec<Picture>,
@@ -45,7 +45,7 @@ pub(crate) struct Gathered {
 }
 
 impl Gathered {
-    /// Reads the directory of an example. What is missing is said, and stops nothing.
+    /// Reads the directory of a study. What is missing is said, and stops nothing.
     pub(crate) fn read(directory: &Path) -> Self {
         let mut gathered =
             Self { report: fs::read_to_string(directory.join(REPORT)).ok(), ..Self::default() };
@@ -69,7 +69,7 @@ impl Gathered {
         gathered
     }
 
-    /// Whether everything is there and every claim holds. An example without a claim has shown nothing.
+    /// Whether everything is there and every claim holds. A study without a claim has shown nothing.
     pub(crate) fn holds(&self) -> bool {
         self.missing.is_empty() && !self.verdicts.is_empty() && self.verdicts.iter().all(Verdict::holds)
     }
@@ -196,7 +196,7 @@ mod tests {
         for (file, _) in &captions {
             fs::write(directory.join(file), "").unwrap();
         }
-        write_captions(directory, captions).unwrap();
+        write_captions(directory, &captions.map(|(file, caption)| (file.to_owned(), caption))).unwrap();
     }
 
     #[test]
@@ -237,7 +237,7 @@ mod tests {
         let verdict = |figure: &str| Verdict {
             figure: figure.to_owned(),
             claim: String::new(),
-            measured: Estimate::new(0.0, 0.0),
+            measured: Estimate::exact(0.0),
             lowest: -1.0,
             highest: 1.0,
         };

@@ -8,11 +8,14 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 const STYLE: &str = "\
-body { font: 16px/1.5 sans-serif; color: #222; max-width: 72rem; margin: 2rem auto; padding: 0 1rem }
+body { font: 16px/1.5 sans-serif; color: #222; max-width: 72rem; margin: 1rem auto; padding: 0 1rem; overflow-wrap: anywhere }
 h1, h2 { line-height: 1.2 }
 h2 { margin-top: 3rem; border-top: 1px solid #ccc; padding-top: 1rem }
 figure { margin: 2rem 0 0.5rem }
 img { max-width: 100%; height: auto; border: 1px solid #ddd }
+.wide { overflow-x: auto }
+.verdict { margin: 0.3rem 0 }
+summary { cursor: pointer; color: #444; font-size: 0.9rem }
 figcaption { margin-top: 0.3rem }
 table { border-collapse: collapse; font-size: 0.85rem; margin: 0.5rem 0 1rem }
 td, th { text-align: left; padding: 0.15rem 0.8rem 0.15rem 0; vertical-align: top }
@@ -40,7 +43,9 @@ pub(crate) fn page(parts: &[Part], command: &str) -> String {
          Lines are theory, points are simulation with one standard error. Every claim has a number and a range, and can fail.</p>");
     let class = if all { "holds" } else { "fails" };
     add(&format!("<p><strong class=\"{class}\">{held} of {claims} claims hold.</strong></p>"));
-    add("<table>\n<tr><th>example</th><th>figures</th><th>claims that hold</th><th>how it ended</th></tr>");
+    add(
+        "<div class=\"wide\"><table>\n<tr><th>study</th><th>figures</th><th>claims that hold</th><th>how it ended</th></tr>",
+    );
     for part in parts {
         let class = if part.holds() { "" } else { " class=\"fails\"" };
         add(&format!(
@@ -49,10 +54,10 @@ pub(crate) fn page(parts: &[Part], command: &str) -> String {
             part.gathered.held(),
             part.gathered.verdicts.len(),
             escape(&ending(part)),
-            name = part.example,
+            name = part.study,
         ));
     }
-    add(&format!("</table>\n<p>Made by <code>{}</code>.</p>", escape(command)));
+    add(&format!("</table></div>\n<p>Made by <code>{}</code>.</p>", escape(command)));
     for part in parts {
         add(&section(part));
     }
@@ -60,7 +65,7 @@ pub(crate) fn page(parts: &[Part], command: &str) -> String {
     html
 }
 
-/// How the run of an example ended, in words.
+/// How the run of a study ended, in words.
 fn ending(part: &Part) -> String {
     match &part.launched {
         None => "read from an earlier run".into(),
@@ -80,9 +85,9 @@ fn ending(part: &Part) -> String {
 
 fn section(part: &Part) -> String {
     let mut html = String::new();
-    let Part { example, title, figures, directory, gathered, .. } = part;
-    let _ = writeln!(html, "<h2 id=\"{example}\">{}: figures {figures}</h2>", escape(title));
-    let _ = writeln!(html, "<p><code>cargo run --release -p paper --bin {example}</code></p>");
+    let Part { study, title, figures, directory, gathered, .. } = part;
+    let _ = writeln!(html, "<h2 id=\"{study}\">{}: figures {figures}</h2>", escape(title));
+    let _ = writeln!(html, "<p><code>cargo run --release -p paper --bin {study}</code></p>");
     if let Some(remark) = &gathered.remark {
         let _ = writeln!(html, "<p>{}</p>", escape(remark));
     }
@@ -91,11 +96,12 @@ fn section(part: &Part) -> String {
     }
     let (with_picture, without) = gathered.by_picture();
     for (picture, verdicts) in with_picture {
-        html.push_str(&figure(picture, directory));
+        html.push_str(&figure(picture, directory, &verdicts));
         html.push_str(&table(&verdicts));
     }
     if !without.is_empty() {
         html.push_str("<h3>Other claims</h3>\n");
+        html.push_str(&verdict_line(&without));
         html.push_str(&table(&without));
     }
     report(&mut html, gathered);
@@ -106,14 +112,14 @@ fn report(html: &mut String, gathered: &Gathered) {
     if let Some(report) = &gathered.report {
         let _ = writeln!(
             html,
-            "<details><summary>What the example printed</summary>\n<pre>{}</pre>\n</details>",
+            "<details><summary>What the study printed</summary>\n<pre>{}</pre>\n</details>",
             escape(report)
         );
     }
 }
 
-/// The picture, which leads to the drawing that can be enlarged, and to its data where they have the same name.
-fn figure(picture: &Picture, directory: &Path) -> String {
+/// The picture, one line of verdict and the caption. The picture leads to the drawing that can be enlarged, and to its data where they have the same name.
+fn figure(picture: &Picture, directory: &Path, verdicts: &[&Verdict]) -> String {
     let name = directory.file_name().unwrap_or_default().to_string_lossy();
     let stem = picture.file.trim_end_matches(".png");
     let link = |ending: &str| format!("../{name}/{stem}.{ending}");
@@ -131,15 +137,32 @@ fn figure(picture: &Picture, directory: &Path) -> String {
         String::new()
     };
     let (title, caption) = (escape(&picture.title()), escape(&picture.caption));
-    format!("<figure>\n{image}\n<figcaption><b>{title}.</b> {caption}{data}</figcaption>\n</figure>\n")
+    let verdict = verdict_line(verdicts);
+    format!(
+        "<figure>\n{image}\n{verdict}<figcaption><b>{title}.</b> {caption}{data}</figcaption>\n</figure>\n"
+    )
 }
 
+/// Whether all of these claims hold, and how many do.
+fn verdict_line(verdicts: &[&Verdict]) -> String {
+    let held = verdicts.iter().filter(|verdict| verdict.holds()).count();
+    let all = verdicts.len();
+    match (all, held == all) {
+        (0, _) => "<p class=\"verdict\">No claim of its own.</p>\n".to_owned(),
+        (1, true) => "<p class=\"verdict holds\">Holds: its claim.</p>\n".to_owned(),
+        (_, true) => format!("<p class=\"verdict holds\">Holds: all {all} claims.</p>\n"),
+        (_, false) => format!("<p class=\"verdict fails\">Fails: {held} of {all} claims hold.</p>\n"),
+    }
+}
+
+/// Every claim, folded away.
 fn table(verdicts: &[&Verdict]) -> String {
     if verdicts.is_empty() {
         return String::new();
     }
-    let mut html =
-        String::from("<table>\n<tr><th></th><th>measured</th><th>must be</th><th>claim</th></tr>\n");
+    let mut html = String::from(
+        "<details><summary>Claims</summary>\n<div class=\"wide\"><table>\n<tr><th></th><th>measured</th><th>must be</th><th>claim</th></tr>\n",
+    );
     for verdict in verdicts {
         let word = if verdict.holds() { "holds" } else { "fails" };
         let _ = writeln!(
@@ -150,7 +173,7 @@ fn table(verdicts: &[&Verdict]) -> String {
             escape(&verdict.claim)
         );
     }
-    html.push_str("</table>\n");
+    html.push_str("</table></div>\n</details>\n");
     html
 }
 

@@ -9,21 +9,15 @@ mod measure;
 mod reference;
 mod references;
 
-use clap::Parser;
 use paper::calibration::data::{Base, ColumnRow, Plan, Seeds};
 use paper::calibration::fit;
-use paper::{Ending, Failure, conclude, output};
-use rustix::time::{ClockId, clock_gettime};
+use paper::{Ending, Failure, Session, output, study};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 /// Calibrates the estimates of `Scene::model_for`: some five minutes on one core.
-#[derive(Parser, Debug)]
-#[command(name = "calibrate_models")]
+#[derive(clap::Args, Debug)]
 struct Arguments {
-    /// Seed of the random numbers; every run of every scene has a seed of its own that follows from it
-    #[arg(long, default_value_t = 1)]
-    seed: u64,
     /// Fits the constants to the calibration files that are there
     #[arg(long, conflicts_with = "references")]
     fit: bool,
@@ -33,34 +27,21 @@ struct Arguments {
     /// Measures the scenes of the test instead of those of the calibration: some five minutes as well
     #[arg(long)]
     references: bool,
-    /// Threads; 0 takes all cores. The results do not depend on it, the times do a little
-    #[arg(long, default_value_t = 0)]
-    threads: usize,
-    /// Directory of the repository
-    #[arg(long, default_value = ".")]
-    out: PathBuf,
-}
-
-/// CPU seconds of this thread.
-pub(crate) fn cpu_seconds() -> f64 {
-    let time = clock_gettime(ClockId::ThreadCPUTime);
-    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
 fn main() -> ExitCode {
-    conclude(run(&Arguments::parse()))
+    study::main("calibrate_models", run)
 }
 
-fn run(arguments: &Arguments) -> Result<Ending, Failure> {
+fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
+    // The repository, unless the numbers are worth nothing.
+    let usual = if session.short { session.directory.clone() } else { PathBuf::from(".") };
+    let out = session.out.clone().unwrap_or(usual);
     if arguments.references {
-        references::make(
-            &arguments.out.join("examples/paper/tests/reference"),
-            arguments.seed,
-            arguments.threads,
-        )?;
+        references::make(&out.join("examples/paper/tests/reference"), session)?;
         return Ok(Ending::Finished);
     }
-    let directory = arguments.out.join("examples/paper/calibration");
+    let directory = out.join("examples/paper/calibration");
     output::create_directory(&directory)?;
     let [columns_path, plans_path, bases_path, long_plans_path, seeds_path] =
         ["columns.csv", "plans.csv", "bases.csv", "long_plans.csv", "seeds.csv"]
@@ -68,7 +49,7 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let plan_units = "column: row of columns.csv from 0; family: 0 tuned local moves, 1 event chains with them; total variation distances; \
                       diameters; CPU seconds";
     if !arguments.fit && !arguments.long_plans {
-        let measured = measure::all(arguments.seed, arguments.threads)?;
+        let measured = measure::all(session)?;
         let units = "m g d, per diameter, per square diameter, diameters; total variation distances; layers in spheres per square \
                      diameter; CPU seconds";
         write(&columns_path, units, ColumnRow::HEADER, measured.iter().map(|(column, ..)| column.values()))?;
@@ -79,7 +60,7 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         write(&bases_path, units, Base::HEADER, bases.map(Base::values))?;
     }
     if !arguments.fit {
-        let measured = measure::long_plans(arguments.seed, arguments.threads)?;
+        let measured = measure::long_plans(session)?;
         let plans = measured.iter().flatten().map(|(plan, _)| plan.values());
         write(&long_plans_path, plan_units, Plan::HEADER, plans)?;
         let units = "column: row of columns.csv from 0; family: 0 tuned local moves, 1 event chains with them; total variation distance; \
@@ -91,7 +72,8 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let mut plans = Plan::read(&plans_path)?;
     plans.extend(Plan::read(&long_plans_path)?);
     let (constants, quality) = fit::fit(&columns, &plans, &bases, &Seeds::read(&seeds_path)?);
-    let source = arguments.out.join("src/model/constants.rs");
+    let source = out.join("src/model/constants.rs");
+    output::create_directory(&out.join("src/model"))?;
     std::fs::write(&source, constants.source())?;
     println!("{constants:#?}");
     println!(
@@ -111,7 +93,7 @@ fn write<const COLUMNS: usize>(
     output::write_csv(
         path,
         &format!("cargo run --release -p paper --bin calibrate_models; {units}"),
-        header,
+        &header.join(","),
         rows,
     )
 }

@@ -1,15 +1,13 @@
 //! The measurements that calibrate: columns against theory, plans against columns, small bases against wide ones.
 
-use crate::cpu_seconds;
 use crate::reference::{Effort, Reference};
 use gradient_mc::equation_of_state::{ModifiedKolafa, packing_fraction};
 use gradient_mc::model::{IdealColumn, MonteCarloPlan, MoveFamily, densities, total_variation_distance};
-use gradient_mc::{Error, HydrostaticProfile, Hydrostatics};
-use paper::Failure;
+use gradient_mc::{Error, HydrostaticProfile};
 use paper::calibration::data::{Base, ColumnRow, Plan, Seeds};
 use paper::calibration::scenes::{Column, Parameters};
-use paper::progress::Progress;
-use paper::replicas;
+use paper::clock::cpu_seconds;
+use paper::{Failure, Session};
 
 /// Heights up to which a wall layers the fluid.
 const LAYERED: usize = 8;
@@ -37,38 +35,52 @@ const TURNS: usize = 5;
 /// What one scene gives.
 type Measured = (ColumnRow, Vec<Plan>, Vec<Base>);
 
-/// All of them, on `threads` threads (0: all cores); times are those of a thread.
-pub(crate) fn all(seed: u64, threads: usize) -> Result<Vec<Measured>, Failure> {
-    let scenes: Vec<(usize, Parameters)> = Parameters::calibration().into_iter().enumerate().collect();
-    let progress = Progress::new(scenes.len() as u64, "calibration scenes");
-    let measured = replicas::in_parallel(threads, scenes, |(index, parameters)| {
-        let measured = one(seed + SEEDS * index as u64, index, parameters);
-        progress.advance(1);
-        measured
-    });
-    progress.finish();
-    measured
+/// How long runs are: of a calibration that counts, or of one that is tried out.
+#[derive(Debug, Clone, Copy)]
+struct Lengths {
+    sweeps: u64,
+    most_seconds: f64,
+    ladder: [u64; 3],
+    long_ladder: [u64; 2],
 }
 
-fn one(first_seed: u64, index: usize, parameters: Parameters) -> Result<Measured, Failure> {
+impl Lengths {
+    fn new(session: &Session) -> Self {
+        let usual =
+            Self { sweeps: SWEEPS, most_seconds: MOST_SECONDS, ladder: LADDER, long_ladder: LONG_LADDER };
+        let short = Self { sweeps: 32, most_seconds: 0.0, ladder: [2, 8, 32], long_ladder: [64, 128] };
+        session.choose(usual, short)
+    }
+}
+
+/// All of them; times are those of a thread.
+pub(crate) fn all(session: &Session) -> Result<Vec<Measured>, Failure> {
+    let scenes: Vec<(usize, Parameters)> = Parameters::calibration().into_iter().enumerate().collect();
+    let lengths = Lengths::new(session);
+    session.run_each("calibration scenes", scenes, |(index, parameters)| {
+        one(session.seed + SEEDS * index as u64, index, parameters, lengths)
+    })
+}
+
+fn one(first_seed: u64, index: usize, parameters: Parameters, lengths: Lengths) -> Result<Measured, Failure> {
     let (particles, side) = Parameters::WIDE;
     let scene = parameters.scene(particles, side)?;
-    let effort = Effort { sweeps: SWEEPS, noise: NOISE, most_seconds: MOST_SECONDS, seed: first_seed };
+    let Lengths { sweeps, most_seconds, .. } = lengths;
+    let effort = Effort { sweeps, noise: NOISE, most_seconds, seed: first_seed };
     let truth = Reference::measure(&scene, effort)?;
     let theory = theory(&scene)?;
     let row = column(parameters, &scene, &theory, &truth)?;
-    let plans = try_plans(index, &scene, &theory, &truth, first_seed + SEEDS / 2)?;
+    let plans = try_plans(index, &scene, &theory, &truth, (first_seed + SEEDS / 2, lengths.ladder))?;
     let sides = if COLUMNS_OF_BASES.contains(&index) { &SIDES[..] } else { &[] };
     let bases = sides
         .iter()
-        .map(|&side| base(index, parameters, side, &truth, first_seed + SEEDS / 4))
+        .map(|&side| base(index, parameters, side, &truth, (first_seed + SEEDS / 4, lengths)))
         .collect::<Result<_, _>>()?;
     Ok((row, plans, bases))
 }
 
 fn theory(scene: &Column) -> Result<HydrostaticProfile, Error> {
-    Hydrostatics::new(scene.field(), scene.temperature(), ModifiedKolafa)
-        .between_walls(scene.slab(), scene.column_density())
+    scene.hydrostatics(&ModifiedKolafa)
 }
 
 /// The median CPU time of some work.
@@ -154,9 +166,7 @@ fn plan_row(column: usize, scene: &Column, theory: &HydrostaticProfile, plan: &M
 
 /// Spheres over the base of the plans that are tried.
 fn particles_of_plans(scene: &Column) -> usize {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let particles = (scene.column_density() * SIDE * SIDE).ceil() as usize;
-    particles.max(FEWEST)
+    paper::study::count((scene.column_density() * SIDE * SIDE).ceil()).max(FEWEST)
 }
 
 /// Root mean square of total variation distances.
@@ -175,11 +185,11 @@ fn try_plans(
     scene: &Column,
     theory: &HydrostaticProfile,
     truth: &Reference,
-    first_seed: u64,
+    (first_seed, ladder): (u64, [u64; 3]),
 ) -> Result<Vec<Plan>, Failure> {
     let mut rows = Vec::new();
     for family in MoveFamily::ALL {
-        for sweeps in LADDER {
+        for sweeps in ladder {
             let plan = MonteCarloPlan::new(scene, particles_of_plans(scene), family, sweeps)?;
             let started = cpu_seconds();
             let profiles = (0..REPLICAS)
@@ -197,18 +207,18 @@ fn try_plans(
 }
 
 /// Plans so long that the theory start is forgotten, against the mean of all of them: what is true does not have to be known better than they know it.
-pub(crate) fn long_plans(seed: u64, threads: usize) -> Result<Vec<Vec<(Plan, Seeds)>>, Failure> {
+pub(crate) fn long_plans(session: &Session) -> Result<Vec<Vec<(Plan, Seeds)>>, Failure> {
     let scenes: Vec<(usize, Parameters)> = Parameters::calibration().into_iter().enumerate().collect();
-    let progress = Progress::new(scenes.len() as u64, "long plans");
-    let measured = replicas::in_parallel(threads, scenes, |(index, parameters)| {
-        let first_seed = seed + SEEDS * index as u64 + 3 * SEEDS / 4;
+    let ladder = Lengths::new(session).long_ladder;
+    session.run_each("long plans", scenes, |(index, parameters)| {
+        let first_seed = session.seed + SEEDS * index as u64 + 3 * SEEDS / 4;
         let (particles, side) = Parameters::WIDE;
         let scene = parameters.scene(particles, side)?;
         let theory = theory(&scene)?;
         let particles = particles_of_plans(&scene);
         let mut rows = Vec::new();
         for family in MoveFamily::ALL.into_iter().filter(|_| particles <= MOST_SPHERES) {
-            for sweeps in LONG_LADDER {
+            for sweeps in ladder {
                 let plan = MonteCarloPlan::new(&scene, particles, family, sweeps)?;
                 let started = cpu_seconds();
                 let profiles = (0..REPLICAS)
@@ -227,11 +237,8 @@ pub(crate) fn long_plans(seed: u64, threads: usize) -> Result<Vec<Vec<(Plan, See
                 rows.push((row, scatter_of_seeds(&row, part, &profiles, &mean)));
             }
         }
-        progress.advance(1);
         Ok(rows)
-    });
-    progress.finish();
-    measured
+    })
 }
 
 /// How far single runs of a plan are apart.
@@ -251,15 +258,14 @@ fn base(
     parameters: Parameters,
     side: f64,
     truth: &Reference,
-    first_seed: u64,
+    (first_seed, lengths): (u64, Lengths),
 ) -> Result<Base, Failure> {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let particles = (parameters.column_density * side * side).ceil() as usize;
+    let particles = paper::study::count((parameters.column_density * side * side).ceil());
     let scene = parameters.scene(particles, 0.0)?;
     // As many spheres in as many sweeps as the wide base had, so that the noise is alike.
     let ratio = (truth.particles / particles).max(1) as u64;
-    let effort =
-        Effort { sweeps: SWEEPS * ratio, noise: NOISE, most_seconds: MOST_SECONDS, seed: first_seed };
+    let Lengths { sweeps, most_seconds, .. } = lengths;
+    let effort = Effort { sweeps: sweeps * ratio, noise: NOISE, most_seconds, seed: first_seed };
     let small = Reference::measure(&scene, effort)?;
     let gas = IdealColumn::new(&scene)?;
     let ideal = densities(scene.slab(), |height| gas.column_below(height));

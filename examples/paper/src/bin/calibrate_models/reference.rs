@@ -1,9 +1,9 @@
 //! What is true of a column: long runs of independent replicas.
 
-use crate::cpu_seconds;
 use gradient_mc::model::{MonteCarloPlan, MoveFamily};
 use paper::Failure;
 use paper::calibration::scenes::Column;
+use paper::clock::cpu_seconds;
 
 /// A profile that is taken for true.
 #[derive(Debug, Clone)]

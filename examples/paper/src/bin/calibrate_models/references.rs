@@ -2,8 +2,7 @@
 
 use crate::reference::{Effort, Reference};
 use paper::calibration::scenes::{HeldOut, Parameters};
-use paper::progress::Progress;
-use paper::{Failure, output, replicas};
+use paper::{Failure, Session, output};
 use std::path::Path;
 
 /// Scenes that do not freeze.
@@ -18,8 +17,8 @@ const SWEEPS: u64 = 2000;
 /// Seeds of one scene are apart from those of the next by this.
 const SEEDS: u64 = 10_000;
 
-/// Measures them on `threads` threads (0: all cores) and writes `model_scenes.csv` and `model_profiles.csv`.
-pub(crate) fn make(directory: &Path, seed: u64, threads: usize) -> Result<(), Failure> {
+/// Measures them and writes `model_scenes.csv` and `model_profiles.csv`.
+pub(crate) fn make(directory: &Path, session: &Session) -> Result<(), Failure> {
     output::create_directory(directory)?;
     let mut drawn = Vec::new();
     let mut fluids = 0;
@@ -31,40 +30,24 @@ pub(crate) fn make(directory: &Path, seed: u64, threads: usize) -> Result<(), Fa
             break;
         }
     }
-    let progress = Progress::new(drawn.len() as u64, "scenes of the test");
-    let measured = replicas::in_parallel(threads, drawn, |(index, scene, freezes)| {
-        let measured = one(index, scene, freezes, seed + SEEDS * index as u64);
-        progress.advance(1);
-        measured
+    let lengths = session.choose((SWEEPS, MOST_SECONDS), (50, 0.0));
+    let measured = session.run_each("scenes of the test", drawn, |(index, scene, freezes)| {
+        one(index, scene, freezes, session.seed + SEEDS * index as u64, lengths)
     })?;
-    progress.finish();
     let scenes = measured.iter().map(|(row, _)| *row);
     let profiles = measured.iter().flat_map(|(_, profile)| profile.iter().copied());
     output::write_csv(
         &directory.join("model_scenes.csv"),
         "cargo run --release -p paper --bin calibrate_models -- --references; T0 in m g d, alpha and beta per diameter, N/A per square diameter; \
          total variation distances; replica k of a scene has the seed first_seed + k",
-        [
-            "scene",
-            "temperature",
-            "field_rate",
-            "decay_rate",
-            "column_density",
-            "tolerance",
-            "freezes",
-            "particles",
-            "replicas",
-            "sweeps",
-            "first_seed",
-            "noise",
-            "cpu_seconds",
-        ],
+        "scene, temperature, field_rate, decay_rate, column_density, tolerance, freezes, \
+         particles, replicas, sweeps, first_seed, noise, cpu_seconds",
         scenes,
     )?;
     output::write_csv(
         &directory.join("model_profiles.csv"),
         "number densities in bins one diameter high from x = 0, and their standard errors over replicas; see model_scenes.csv",
-        ["scene", "bin", "number_density", "standard_error"],
+        "scene, bin, number_density, standard_error",
         profiles,
     )
 }
@@ -72,7 +55,13 @@ pub(crate) fn make(directory: &Path, seed: u64, threads: usize) -> Result<(), Fa
 /// A row of the scenes, and those of its profile.
 type Measured = ([f64; 13], Vec<[f64; 4]>);
 
-fn one(index: usize, scene: HeldOut, freezes: bool, first_seed: u64) -> Result<Measured, Failure> {
+fn one(
+    index: usize,
+    scene: HeldOut,
+    freezes: bool,
+    first_seed: u64,
+    (sweeps, most_seconds): (u64, f64),
+) -> Result<Measured, Failure> {
     let HeldOut { parameters, tolerance } = scene;
     let Parameters { temperature, field_rate, decay_rate, column_density } = parameters;
     let number = index as f64;
@@ -87,7 +76,7 @@ fn one(index: usize, scene: HeldOut, freezes: bool, first_seed: u64) -> Result<M
     let (particles, side) = Parameters::WIDE;
     let column = parameters.scene(particles, side)?;
     let noise = (PART_OF_TOLERANCE * tolerance).max(SMALLEST_NOISE);
-    let effort = Effort { sweeps: SWEEPS, noise, most_seconds: MOST_SECONDS, seed: first_seed };
+    let effort = Effort { sweeps, noise, most_seconds, seed: first_seed };
     let reference = Reference::measure(&column, effort)?;
     row[7] = reference.particles as f64;
     row[8] = reference.replicas as f64;

@@ -118,10 +118,7 @@ impl Case {
 
     /// Spheres.
     pub(crate) fn particles(&self) -> usize {
-        // Tens of thousands at most.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let particles = (COLUMN_DENSITY * self.slab.base_area()).round() as usize;
-        particles
+        paper::study::count(COLUMN_DENSITY * self.slab.base_area())
     }
 
     /// The packing fraction at which |dn/dx| is largest outside the base, and |d ln n/dx| there.

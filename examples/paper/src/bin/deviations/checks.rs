@@ -35,7 +35,7 @@ pub(crate) fn verdicts(outcomes: &[Outcome]) -> Verdicts {
 }
 
 fn exact(value: f64) -> Estimate {
-    Estimate::new(value, 0.0)
+    Estimate::exact(value)
 }
 
 /// The line is beaten wherever a local equation of state can be tested.
@@ -78,7 +78,7 @@ fn beyond_local(outcome: &Outcome, verdicts: &mut Verdicts) {
                 group[1],
                 100.0 * expected
             );
-            let ratio = Estimate::new(deviation.mean / expected, deviation.standard_error / expected.abs());
+            let ratio = *deviation / *expected;
             let reach = SIGMAS * ratio.standard_error;
             verdicts.between(case.panel, &claim, ratio, 1.0 - reach, 2.0 + reach);
         }

@@ -2,7 +2,8 @@
 
 use super::case::Case;
 use super::papers::{PaperPoint, measures};
-use gradient_mc::equation_of_state::{CarnahanStarling, EquationOfState, ModifiedKolafa};
+use gradient_mc::Merge;
+use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa};
 use gradient_mc::observers::EquationOfStateProfile;
 use gradient_mc::statistics::Estimate;
 use paper::Failure;
@@ -26,11 +27,10 @@ impl Analysis {
         for run in rest {
             all.merge(run)?;
         }
-        let over = |factor: &dyn Fn(f64) -> f64| all.deviations_over(&case.groups, factor);
         Ok(Self {
             points: measures(case, runs, &all)?,
-            carnahan_starling: over(&|eta| CarnahanStarling.compressibility_factor(eta))?,
-            modified_kolafa: over(&|eta| ModifiedKolafa.compressibility_factor(eta))?,
+            carnahan_starling: all.deviations_over(&case.groups, &CarnahanStarling)?,
+            modified_kolafa: all.deviations_over(&case.groups, &ModifiedKolafa)?,
         })
     }
 

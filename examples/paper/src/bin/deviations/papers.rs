@@ -26,7 +26,7 @@ pub(crate) fn measures(
     runs: &[EquationOfStateProfile],
     all: &EquationOfStateProfile,
 ) -> Result<Vec<PaperPoint>, Failure> {
-    let errors = all.deviations_from(|eta| CarnahanStarling.compressibility_factor(eta))?;
+    let errors = all.deviations_from(&CarnahanStarling)?;
     let runs: Vec<_> = runs.iter().map(EquationOfStateProfile::points).collect::<Result<_, _>>()?;
     let first = runs.first().ok_or("no runs")?;
     let mut points = Vec::new();

@@ -3,17 +3,11 @@
 use super::checks::{FEW, LINE};
 use super::outcome::{Analysis, Outcome};
 use super::run::RUNS;
-use gradient_mc::statistics::Estimate;
 use gradient_mc::statistics::deviations::expected_scatter;
-use paper::captions::write_captions;
 use paper::groups::farthest_from_zero;
-use paper::table::Table;
-use paper::{Failure, output};
-use std::path::Path;
-
-fn percent(deviation: Estimate) -> String {
-    Estimate::new(100.0 * deviation.mean, 100.0 * deviation.standard_error).to_string()
-}
+use paper::row;
+use paper::table::{Table, percent};
+use paper::{Failure, Report};
 
 /// One row for each set of five runs.
 pub(crate) fn table(outcomes: &[Outcome]) -> Table {
@@ -87,7 +81,7 @@ pub(crate) fn groups(outcomes: &[Outcome]) -> Table {
 }
 
 /// The data of each panel: the paper's measures, and ours.
-pub(crate) fn write(outcomes: &[Outcome], directory: &Path) -> Result<(), Failure> {
+pub(crate) fn write(outcomes: &[Outcome], report: &Report) -> Result<(), Failure> {
     for panel in ["17a", "17b", "17c"] {
         let of_panel = || outcomes.iter().filter(|outcome| outcome.case.panel == panel);
         let sets = || {
@@ -97,21 +91,11 @@ pub(crate) fn write(outcomes: &[Outcome], directory: &Path) -> Result<(), Failur
                 sets.enumerate().map(move |(set, analysis)| (&outcome.case, set as f64, analysis))
             })
         };
-        output::write_csv(
-            &directory.join(format!("figure_{panel}.csv")),
+        report.table(&format!("figure_{panel}"),
             "height in d; deviation (33) with its error, and scatter (32), from five runs in bins of 0.1 d, Carnahan-Starling; set 0: ours, 1 and 2: \
              runs as the paper made them (without --paper: from above, from below)",
-            [
-                "temperature",
-                "growth_rate",
-                "decay_rate",
-                "set",
-                "height",
-                "packing_fraction",
-                "deviation",
-                "deviation_error",
-                "scatter",
-            ],
+            "temperature, growth_rate, decay_rate, set, height, packing_fraction, deviation, \
+             deviation_error, scatter",
             sets().flat_map(|(case, set, analysis)| {
                 let column = [case.temperature, case.growth_rate, case.decay_rate];
                 analysis.points.iter().map(move |point| {
@@ -129,66 +113,27 @@ pub(crate) fn write(outcomes: &[Outcome], directory: &Path) -> Result<(), Failur
                 })
             }),
         )?;
-        output::write_csv(
-            &directory.join(format!("figure_{panel}_ranges.csv")),
+        report.table(&format!("figure_{panel}_ranges"),
             "heights in d; P/(nTZ) − 1 over ranges of height, errors by the jackknife; sets as in the other file",
-            [
-                "growth_rate",
-                "decay_rate",
-                "set",
-                "lowest_height",
-                "highest_height",
-                "packing_fraction_of_theory",
-                "carnahan_starling",
-                "carnahan_starling_error",
-                "modified_kolafa",
-                "modified_kolafa_error",
-            ],
+            "growth_rate, decay_rate, set, lowest_height, highest_height, \
+             packing_fraction_of_theory, carnahan_starling, carnahan_starling_error, \
+             modified_kolafa, modified_kolafa_error",
             sets().flat_map(|(case, set, analysis)| {
                 let rows = case.groups.iter().zip(&analysis.carnahan_starling).zip(&analysis.modified_kolafa);
                 rows.map(move |((&group, carnahan_starling), modified_kolafa)| {
-                    [
+                    row![
                         case.growth_rate,
                         case.decay_rate,
                         set,
                         group[0],
                         group[1],
                         case.mean_packing_fraction(group),
-                        carnahan_starling.mean,
-                        carnahan_starling.standard_error,
-                        modified_kolafa.mean,
-                        modified_kolafa.standard_error,
+                        carnahan_starling,
+                        modified_kolafa,
                     ]
                 })
             }),
         )?;
     }
     Ok(())
-}
-
-/// What the pictures show.
-pub(crate) fn captions(directory: &Path) -> Result<(), Failure> {
-    let both = "Left: δ (33) and σ (32) as the paper defines them, in its bins of 0.1 d, with its lines: dashed at 2 %, and \
-                upright at the packing fraction where the density changes most. Right: P/(nTZ) − 1 with sign and error bars over \
-                ranges of height, Carnahan-Starling (rings) and modified Kolafa (dots).";
-    write_captions(
-        directory,
-        [
-            ("figure_17a.png", format!("Isothermal, uniform field, T₀ = 5. {both}")),
-            (
-                "figure_17b.png",
-                format!(
-                    "Isothermal, varying field, T₀ = 20: α = 0.05, and the fluid above the crystal at α = 0.1. {both}"
-                ),
-            ),
-            (
-                "figure_17c.png",
-                format!(
-                    "Temperature gradient, T₀ = 20, β = 0.05. {both} Green and purple: what the paper's own field gives \
-                     with as much counting noise, from above and from below: its 7 %. Dashed right: what a local equation must miss \
-                     where the density changes within a diameter, to lowest order."
-                ),
-            ),
-        ],
-    )
 }

@@ -4,26 +4,17 @@ use super::case::{COLUMN_DENSITY, Case};
 use gradient_mc::drive::{Drive, EquationOfStateClosure, Instantaneous, SelfConsistent};
 use gradient_mc::field::ExponentialField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
-use gradient_mc::observers::EquationOfStateProfile;
+use gradient_mc::observers::{Bins, EquationOfStateProfile};
 use gradient_mc::start::{ClosePacked, Positions, RandomInsertion};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{Every, Scene, Simulation, TemperatureProfile, Vector3, Warning};
-use paper::Failure;
-use paper::interrupt::Interrupt;
-use paper::progress::Progress;
-use paper::replicas::in_chunks;
+use paper::study::count;
+use paper::{Failure, Side, Watch};
 
 /// Runs of eq. (32).
 pub(crate) const RUNS: u64 = 5;
 /// Bins of the paper.
 pub(crate) const BIN: f64 = 0.1;
-
-/// Where a run comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Side {
-    Above,
-    Below,
-}
 
 /// How a run is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -61,7 +52,7 @@ const NOISY_BIN: f64 = 0.4;
 const APPROACH: u64 = 600;
 
 impl Run {
-    /// Thousand moves, for the progress bar; chains are an order of magnitude dearer than trials.
+    /// Moves, for the progress bar; chains are an order of magnitude dearer than trials.
     pub(crate) fn work(&self) -> u64 {
         let sweeps = match self.plan {
             Plan::Ours { equilibration, sweeps, .. } => 10 * (equilibration + sweeps),
@@ -70,15 +61,11 @@ impl Run {
             }
             Plan::Protocol { equilibration, sweeps } => equilibration + RUNS * sweeps,
         };
-        self.units(sweeps)
-    }
-
-    fn units(&self, sweeps: u64) -> u64 {
-        sweeps * self.case.particles() as u64 / 1000
+        sweeps * self.case.particles() as u64
     }
 
     /// One profile, or one for each interval, and what the run says against itself.
-    pub(crate) fn measure(&self, interrupt: &Interrupt, progress: &Progress) -> Result<Measured, Failure> {
+    pub(crate) fn measure(&self, watch: &Watch<'_>) -> Result<Measured, Failure> {
         let case = &self.case;
         let field = ExponentialField::new(case.growth_rate)?;
         if case.decay_rate > 0.0 {
@@ -92,16 +79,16 @@ impl Run {
                         Side::Above => builder.start(self.gas()).build()?,
                         Side::Below => builder.start(ClosePacked).build()?,
                     };
-                    self.profiles(simulation, interrupt, progress)
+                    self.profiles(simulation, watch)
                 }
                 Plan::Field { .. } => {
-                    let start = Positions(self.near_the_steady_state(&scene, interrupt, progress)?);
+                    let start = Positions(self.near_the_steady_state(&scene, watch)?);
                     let simulation = builder.scheme(Instantaneous::new(NOISY_BIN)).start(start).build()?;
-                    self.profiles(simulation, interrupt, progress)
+                    self.profiles(simulation, watch)
                 }
                 Plan::Protocol { .. } => {
                     let builder = builder.scheme(Instantaneous::new(BIN));
-                    self.profiles(builder.start(RandomInsertion::default()).build()?, interrupt, progress)
+                    self.profiles(builder.start(RandomInsertion::default()).build()?, watch)
                 }
             }
         } else {
@@ -111,7 +98,7 @@ impl Run {
                 Side::Above => builder.start(self.gas()).build()?,
                 Side::Below => builder.start(ClosePacked).build()?,
             };
-            self.profiles(simulation, interrupt, progress)
+            self.profiles(simulation, watch)
         }
     }
 
@@ -119,13 +106,7 @@ impl Run {
         match self.plan {
             // A crystal that is to grow from the fluid must not be there already.
             Plan::Ours { .. } if self.case.front().is_some() => Side::Above,
-            Plan::Ours { number, .. } => {
-                if number.is_multiple_of(2) {
-                    Side::Above
-                } else {
-                    Side::Below
-                }
-            }
+            Plan::Ours { number, .. } => Side::of(number),
             Plan::Field { side, .. } => side,
             Plan::Protocol { .. } => Side::Above,
         }
@@ -156,8 +137,7 @@ impl Run {
     fn near_the_steady_state(
         &self,
         scene: &Scene<ExponentialField, ExponentialTemperature>,
-        interrupt: &Interrupt,
-        progress: &Progress,
+        watch: &Watch<'_>,
     ) -> Result<Vec<Vector3<f64>>, Failure> {
         let Plan::Field { jumps, .. } = self.plan else { return Ok(Vec::new()) };
         let builder = Simulation::builder(*scene)
@@ -168,29 +148,22 @@ impl Run {
             Side::Above => builder.start(self.gas()).build()?,
             Side::Below => builder.start(ClosePacked).build()?,
         };
-        let hidden = Progress::hidden();
-        in_chunks(APPROACH, interrupt, &hidden, |sweeps| {
-            progress.advance(self.units(10 * sweeps));
-            near.equilibrate(sweeps, &mut ())
-        })?;
+        let particles = self.case.particles() as u64;
+        watch.sweeps(APPROACH, 10 * particles, |sweeps| near.equilibrate(sweeps, &mut ()))?;
         let mut near = Simulation::builder(*scene)
             .scheme(Instantaneous::new(NOISY_BIN))
             .moves(LocalMoves::tuned())
             .start(Positions(near.positions()))
             .seed(self.seed ^ 0xbed)
             .build()?;
-        in_chunks(jumps, interrupt, &hidden, |sweeps| {
-            progress.advance(self.units(sweeps));
-            near.equilibrate(sweeps, &mut ())
-        })?;
+        watch.sweeps(jumps, particles, |sweeps| near.equilibrate(sweeps, &mut ()))?;
         Ok(near.positions())
     }
 
     fn profiles<T: TemperatureProfile, D: Drive<ExponentialField, T>>(
         &self,
         mut simulation: Simulation<ExponentialField, T, D>,
-        interrupt: &Interrupt,
-        progress: &Progress,
+        watch: &Watch<'_>,
     ) -> Result<Measured, Failure> {
         let (equilibration, intervals, sweeps, weight) = match self.plan {
             Plan::Ours { equilibration, sweeps, .. } => (equilibration, 1, sweeps, 10),
@@ -200,21 +173,12 @@ impl Run {
         };
         // Small moves change little in a sweep.
         let interval = if matches!(self.plan, Plan::Ours { .. }) { 1 } else { 4 };
-        let hidden = Progress::hidden();
-        in_chunks(equilibration, interrupt, &hidden, |sweeps| {
-            progress.advance(self.units(weight * sweeps));
-            simulation.equilibrate(sweeps, &mut ())
-        })?;
+        let size = weight * self.case.particles() as u64;
+        watch.sweeps(equilibration, size, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
         let mut profiles = Vec::new();
         for _ in 0..intervals {
             let mut profile = Every::new(interval, self.profile()?);
-            let made = in_chunks(sweeps, interrupt, &hidden, |sweeps| {
-                progress.advance(self.units(weight * sweeps));
-                simulation.run(sweeps, &mut profile)
-            })?;
-            if made < sweeps {
-                return Err("interrupted before enough was measured".into());
-            }
+            watch.sweeps(sweeps, size, |sweeps| simulation.run(sweeps, &mut profile))?;
             profiles.push(profile.observer);
         }
         Ok(Measured { profiles, warnings: simulation.warnings() })
@@ -222,11 +186,9 @@ impl Run {
 
     /// From the lowest center to a little above what is compared.
     fn profile(&self) -> Result<EquationOfStateProfile, Failure> {
-        // Some hundreds.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let bins = ((self.case.highest() + 10.0) / BIN).round() as usize;
+        let bins = count((self.case.highest() + 10.0) / BIN);
         let top = 0.5 + bins as f64 * BIN;
-        Ok(EquationOfStateProfile::with_range(&self.case.slab, 0.5, top, bins)?)
+        Ok(EquationOfStateProfile::new(&self.case.slab, Bins::count(bins).from(0.5).to(top))?)
     }
 
     /// In words.

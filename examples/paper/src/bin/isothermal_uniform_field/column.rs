@@ -1,20 +1,18 @@
 //! One column: from its start to the steady state, and what is measured there.
 
 use super::layers;
-use super::protocol::{Family, HEIGHT, Side, Task};
+use super::protocol::{Family, HEIGHT, Task};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::LocalMoves;
 use gradient_mc::observers::{
-    CenterOfMass, DensityProfile, DisplacementProfile, EquationOfStateProfile, RadialDistribution,
+    Bins, CenterOfMass, DensityProfile, DisplacementProfile, EquationOfStateProfile, RadialDistribution,
 };
 use gradient_mc::start::{ClosePacked, Positions, RandomInsertion};
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Every, Scene, Simulation, Slab};
-use paper::Failure;
 use paper::clock::cpu_seconds;
-use paper::interrupt::Interrupt;
-use paper::progress::Progress;
-use paper::replicas::in_chunks;
+use paper::study::count;
+use paper::{Failure, Side, Watch};
 
 /// Height of the bins of the whole column, in diameters.
 pub(crate) const BIN_WIDTH: f64 = 0.5;
@@ -61,7 +59,7 @@ pub(crate) struct Layers {
 impl Layers {
     fn new(task: &Task, slab: &Slab) -> Result<Self, Failure> {
         let [layer_low, layer_high] = FIRST_LAYER;
-        let radial_bins = bins(0.5 * task.width, RADIAL_BIN_WIDTH);
+        let radial_bins = count(0.5 * task.width / RADIAL_BIN_WIDTH);
         let first_layer = RadialDistribution::new(slab, layer_low, layer_high, radial_bins)?;
         Ok(Self {
             base: Every::new(LAYERS_INTERVAL, base(slab, BASE_RANGE, layers::BIN_WIDTH)?),
@@ -72,7 +70,7 @@ impl Layers {
 }
 
 fn base(slab: &Slab, [low, high]: [f64; 2], width: f64) -> Result<DensityProfile, Failure> {
-    Ok(DensityProfile::with_range(slab, low, high, bins(high - low, width))?)
+    Ok(DensityProfile::new(slab, Bins::count(count((high - low) / width)).from(low).to(high))?)
 }
 
 impl Column {
@@ -86,20 +84,13 @@ impl Column {
     }
 }
 
-fn bins(range: f64, width: f64) -> usize {
-    // Some hundreds.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let bins = (range / width).round() as usize;
-    bins
-}
-
 /// The sweeps of one round, of all.
 fn share(sweeps: u64, round: u64) -> u64 {
     sweeps * (round + 1) / ROUNDS - sweeps * round / ROUNDS
 }
 
 /// Simulates a column.
-pub(crate) fn simulate(task: Task, interrupt: &Interrupt, progress: &Progress) -> Result<Column, Failure> {
+pub(crate) fn simulate(task: Task, watch: &Watch<'_>) -> Result<Column, Failure> {
     let started = cpu_seconds();
     let slab = task.slab()?;
     let scene =
@@ -112,18 +103,17 @@ pub(crate) fn simulate(task: Task, interrupt: &Interrupt, progress: &Progress) -
     let mut center_of_mass = Every::new(task.interval, CenterOfMass::new());
     let mut profile = Every::new(
         task.interval,
-        EquationOfStateProfile::with_range(&slab, 0.5, HEIGHT - 0.5, bins(HEIGHT - 1.0, BIN_WIDTH))?,
+        EquationOfStateProfile::new(
+            &slab,
+            Bins::count(count((HEIGHT - 1.0) / BIN_WIDTH)).from(0.5).to(HEIGHT - 0.5),
+        )?,
     );
     let mut by_own_moves = Every::new(task.interval, base(&slab, BASE_RANGE, layers::BIN_WIDTH)?);
-    let hidden = Progress::hidden();
-    in_chunks(task.equilibration, interrupt, &hidden, |sweeps| {
-        progress.advance(sweeps * task.cost_of_sweep());
-        simulation.equilibrate(sweeps, &mut center_of_mass)
-    })?;
+    let (cost, particles) = (task.cost_of_sweep(), task.particles() as u64);
+    watch.sweeps(task.equilibration, cost, |sweeps| simulation.equilibrate(sweeps, &mut center_of_mass))?;
     let mut layers = if task.layers > 0 { Some(Layers::new(&task, &slab)?) } else { None };
     for round in 0..ROUNDS {
-        in_chunks(share(task.production, round), interrupt, &hidden, |sweeps| {
-            progress.advance(sweeps * task.cost_of_sweep());
+        watch.sweeps(share(task.production, round), cost, |sweeps| {
             simulation.run(sweeps, &mut (&mut center_of_mass, &mut profile, &mut by_own_moves))
         })?;
         if let Some(layers) = &mut layers {
@@ -131,8 +121,7 @@ pub(crate) fn simulate(task: Task, interrupt: &Interrupt, progress: &Progress) -
             let moves = LocalMoves::new(task.small_displacement(), &slab)?;
             let builder = Simulation::builder(scene).moves(moves).seed(task.seed ^ ((1 + round) << 40));
             let mut branch = builder.start(start).build()?;
-            in_chunks(share(task.layers, round), interrupt, &hidden, |sweeps| {
-                progress.advance(sweeps * task.particles() as u64);
+            watch.sweeps(share(task.layers, round), particles, |sweeps| {
                 branch.run(sweeps, &mut (&mut layers.base, &mut layers.fine, &mut layers.first_layer))
             })?;
         }
@@ -144,12 +133,12 @@ pub(crate) fn simulate(task: Task, interrupt: &Interrupt, progress: &Progress) -
         let mut simulation = builder.start(start).build()?;
         let mut mobility = Every::new(
             task.interval,
-            DisplacementProfile::with_range(&slab, 0.5, HEIGHT - 0.5, bins(HEIGHT - 1.0, BIN_WIDTH))?,
+            DisplacementProfile::new(
+                &slab,
+                Bins::count(count((HEIGHT - 1.0) / BIN_WIDTH)).from(0.5).to(HEIGHT - 0.5),
+            )?,
         );
-        in_chunks(task.mobility, interrupt, &hidden, |sweeps| {
-            progress.advance(sweeps * task.particles() as u64);
-            simulation.run(sweeps, &mut mobility)
-        })?;
+        watch.sweeps(task.mobility, particles, |sweeps| simulation.run(sweeps, &mut mobility))?;
         Some(mobility.observer)
     } else {
         None

@@ -1,16 +1,17 @@
 //! Figure 2: the center of mass falls to its plateau; inset: plateau against temperature.
 
 use super::column::Column;
-use super::protocol::{DRAWN, Family, Protocol, Side, TEMPERATURES};
-use super::report::{Report, color_of};
+use super::protocol::{DRAWN, Family, Protocol, TEMPERATURES};
 use super::state::{State, difference};
 use super::steadiness::steady_from;
+use super::style::color_of;
 use super::theory::{accuracy, between_walls};
 use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::observers::CenterOfMass;
 use gradient_mc::statistics::Estimate;
-use paper::Failure;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
+use paper::row;
+use paper::{Failure, Report, Side};
 
 /// The axes end above the start at 200, to leave room.
 const HIGHEST: f64 = 300.0;
@@ -133,11 +134,7 @@ fn inset(states: &[State<'_>]) -> Result<Panel, Failure> {
         let label = if number == 0 { "slope by fluctuation" } else { "" };
         panel = panel.line(label, colors::VERMILION, Mark::Dashed, tangent);
     }
-    let points = states.iter().map(|state| Point {
-        x: state.temperature,
-        y: state.center_of_mass.mean,
-        error: state.center_of_mass.standard_error,
-    });
+    let points = states.iter().map(|state| Point::of(state.temperature, state.center_of_mass));
     Ok(panel.points("simulation", colors::INK, Mark::Points, points))
 }
 
@@ -196,32 +193,22 @@ fn write_tables(
         "figure_02",
         "temperature in m g d; width of the base and height in d; paper_moves: 1 for its moves, 0 for ours; from_above: 1 for the \
          uniform start, 0 for the compact one; means over intervals of sweeps",
-        ["temperature", "base_width", "paper_moves", "from_above", "sweep", "center_of_mass"],
+        "temperature, base_width, paper_moves, from_above, sweep, center_of_mass",
         rows,
     )?;
     report.table(
         "figure_02_inset",
         "temperature in m g d, heights in d; errors are one standard error; theory is that between walls with the modified \
          Kolafa-Labik-Malijevsky equation; slope is N Var(h_c)/T^2",
-        [
-            "temperature",
-            "center_of_mass",
-            "center_of_mass_error",
-            "center_of_mass_theory",
-            "center_of_mass_white_bear",
-            "slope",
-            "slope_error",
-            "slope_theory",
-        ],
+        "temperature, center_of_mass, center_of_mass_error, center_of_mass_theory, \
+         center_of_mass_white_bear, slope, slope_error, slope_theory",
         states.iter().map(|state| {
-            [
+            row![
                 state.temperature,
-                state.center_of_mass.mean,
-                state.center_of_mass.standard_error,
+                state.center_of_mass,
                 state.theory.kolafa.center_of_mass(),
                 state.theory.white_bear,
-                state.response.mean,
-                state.response.standard_error,
+                state.response,
                 state.theory.slope,
             ]
         }),
@@ -237,7 +224,7 @@ fn plateaus(states: &[State<'_>], report: &mut Report) -> Result<(), Failure> {
     let verdicts = &mut report.verdicts;
     for state in states {
         let (temperature, measured) = (state.temperature, state.center_of_mass);
-        let error = Estimate::new(measured.standard_error, 0.0);
+        let error = Estimate::exact(measured.standard_error);
         verdicts.at_most(
             "2",
             &format!("error of the plateau h_c at T = {temperature}"),
@@ -311,7 +298,7 @@ fn slopes(states: &[State<'_>], report: &mut Report) {
                 "mean slope from T = {} to {}, theory {expected:.4}",
                 pair[0].temperature, pair[1].temperature
             ),
-            Estimate::new(rise.mean / step, rise.standard_error / step),
+            rise / step,
             (expected, 4.0),
             0.01,
         );
@@ -347,7 +334,7 @@ fn paper_moves(states: &[State<'_>], falling: &[&Column], report: &mut Report) {
                 "sweeps of the paper's moves until h_c at T = {temperature} is within one standard deviation, {deviation:.2}, of \
                  the plateau; it discards 500000"
             ),
-            Estimate::new(arrival.map_or(f64::NAN, |&(sweep, _)| sweep), 0.0),
+            Estimate::exact(arrival.map_or(f64::NAN, |&(sweep, _)| sweep)),
             500_000.0,
         );
         let heights = column.center_of_mass.heights();
@@ -359,7 +346,7 @@ fn paper_moves(states: &[State<'_>], falling: &[&Column], report: &mut Report) {
                 "h_c at T = {temperature} over the last third by the paper's moves, {mean:.2}, less {whose}, in \
                  standard deviations of h_c"
             ),
-            Estimate::new((mean - plateau) / deviation, 0.0),
+            Estimate::exact((mean - plateau) / deviation),
             -2.0,
             2.0,
         );
@@ -377,7 +364,7 @@ fn relaxation(steady: &[Column], report: &mut Report) {
             let time =
                 column.steady().autocorrelation().map_or("more than a fiftieth of it".into(), |found| {
                     let scale = column.task.interval as f64;
-                    Estimate::new(scale * found.time.mean, scale * found.time.standard_error).to_string()
+                    (scale * found.time).to_string()
                 });
             println!(
                 "T = {temperature:2}, {}, {} wide, from {side}: steady from sweep {sweeps} on; h_c {}, correlation time {time} sweeps, {:.1} CPU s",
@@ -397,7 +384,7 @@ fn relaxation(steady: &[Column], report: &mut Report) {
                     "sweeps of {} until T = {temperature} is steady, the slowest column; so many are discarded",
                     column.task.family.name()
                 ),
-                Estimate::new(sweeps, 0.0),
+                Estimate::exact(sweeps),
                 column.task.equilibration as f64,
             );
         }

@@ -1,12 +1,13 @@
 //! Figure 3: the density profile of the whole column, with theory; on a logarithmic scale, with the ideal gas.
 
 use super::protocol::{DRAWN, HEIGHT};
-use super::report::{Report, WHOLE, color_of};
 use super::state::State;
+use super::style::{WHOLE, color_of};
 use gradient_mc::statistics::Estimate;
-use paper::Failure;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Point, colors};
 use paper::groups::{edges_of_equal_numbers, farthest_from_zero, magnitude, means_over, ranges_between};
+use paper::row;
+use paper::{Failure, Report};
 
 /// Below this height there are layers, which the local theory does not know.
 pub(crate) const BULK_BEGINS: f64 = 8.0;
@@ -37,11 +38,10 @@ pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Fa
     let mut rows = Vec::new();
     for state in states {
         for point in state.profile.points()? {
-            rows.push([
+            rows.push(row![
                 state.temperature,
                 point.height,
-                point.number_density.mean,
-                point.number_density.standard_error,
+                point.number_density,
                 state.theory.kolafa.number_density(point.height),
                 state.theory.paper.number_density(point.height),
                 state.theory.ideal_gas(state.temperature, point.height),
@@ -54,16 +54,9 @@ pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Fa
             "temperature in m g d; height in d; densities in 1/d^3, means over bins of 0.5 d; errors are one standard error; theory: \
              hydrostatics between walls, modified Kolafa-Labik-Malijevsky equation; equation_27: the paper's, Carnahan-Starling \
              from x = 0; ideal gas of the theory's chemical potential",
-            [
-                "temperature",
-                "height",
-                "number_density",
-                "number_density_error",
-                "theory",
-                "equation_27",
-                "ideal_gas",
-            ],
-            rows.iter().copied(),
+            "temperature, height, number_density, number_density_error, theory, equation_27, \
+             ideal_gas",
+            &rows,
         )?;
     }
     for state in states {
@@ -99,11 +92,7 @@ fn linear<'a>(states: impl Iterator<Item = &'a State<'a>>) -> Result<Panel, Fail
                 }
                 shown
             })
-            .map(|point| Point {
-                x: point.height,
-                y: point.number_density.mean,
-                error: point.number_density.standard_error,
-            })
+            .map(|point| Point::of(point.height, point.number_density))
             .collect();
         panel = panel
             .points(&format!("T₀ = {temperature}, simulation"), color_of(temperature), Mark::Points, points)
@@ -148,13 +137,7 @@ fn grouped(state: &State<'_>, width: f64) -> Result<Vec<Point>, Failure> {
     let ranges = ranges_between(&edges);
     let means = state.profile.jackknife(|states| means_over(states, &ranges, |bin| bin.number_density))?;
     let points = ranges.iter().zip(means).filter(|(_, mean)| mean.mean > 0.0);
-    Ok(points
-        .map(|([low, high], mean)| Point {
-            x: f64::midpoint(*low, *high),
-            y: mean.mean,
-            error: mean.standard_error,
-        })
-        .collect())
+    Ok(points.map(|([low, high], mean)| Point::of(f64::midpoint(*low, *high), mean)).collect())
 }
 
 /// Deviation of densities from a theory over ranges of heights, as fractions.
@@ -218,7 +201,7 @@ fn top(state: &State<'_>, report: &mut Report) -> Result<(), Failure> {
     report.verdicts.agrees(
         "3b",
         &format!("n over the ideal gas of the same chemical potential at T = {temperature}, x > {low:.0}"),
-        Estimate::new(1.0 + gas[0].mean, gas[0].standard_error),
+        1.0 + gas[0],
         (1.0, 4.0),
         0.08,
     );
@@ -227,7 +210,7 @@ fn top(state: &State<'_>, report: &mut Report) -> Result<(), Failure> {
     report.verdicts.at_least(
         "3b",
         &format!("the same if the gas began with the density of the base, T = {temperature}: far off"),
-        Estimate::new(1.0 + wrong[0].mean, wrong[0].standard_error),
+        1.0 + wrong[0],
         2.0,
     );
     let uppermost = [[HEIGHT - 20.5, HEIGHT - 0.5]];

@@ -2,13 +2,14 @@
 
 use super::layers::of_theory;
 use super::protocol::DRAWN;
-use super::report::{Report, WHOLE, color_of};
 use super::state::State;
+use super::style::{WHOLE, color_of};
 use gradient_mc::observers::{Layer, RadialDistributionPoint};
 use gradient_mc::statistics::Estimate;
-use paper::Failure;
 use paper::figure::{Axis, Figure, Mark, Panel, Place, Point, colors};
 use paper::groups::{farthest_from_zero, magnitude};
+use paper::row;
+use paper::{Failure, Report};
 
 /// The temperature at which the paper counts five layers, and of which it shows g(r).
 const DENSEST: f64 = 5.0;
@@ -42,11 +43,7 @@ fn layers(states: &[&State<'_>]) -> Panel {
     for (row, state) in states.iter().enumerate() {
         let (temperature, color) = (state.temperature, color_of(state.temperature));
         let bins = &state.base.bins;
-        let points = bins.iter().map(|&(height, density)| Point {
-            x: height,
-            y: density.mean,
-            error: density.standard_error,
-        });
+        let points = bins.iter().map(|&(height, density)| Point::of(height, density));
         panel = panel
             .note(1.2, 4.6 - 0.3 * row as f64, &format!("T₀ = {temperature}"), color)
             .points("", color, Mark::Points, points)
@@ -59,11 +56,7 @@ fn layers(states: &[&State<'_>]) -> Panel {
 fn inset(temperature: f64, radial: &[RadialDistributionPoint]) -> Panel {
     let place = Place { left: 0.42, top: 0.09, width: 0.56, height: 0.5 };
     let end = radial.last().map_or(6.0, |point| libm::ceil(point.distance));
-    let points = radial.iter().map(|point| Point {
-        x: point.distance,
-        y: point.radial_distribution.mean,
-        error: point.radial_distribution.standard_error,
-    });
+    let points = radial.iter().map(|point| Point::of(point.distance, point.radial_distribution));
     Panel::new(
         place,
         Axis::new(&format!("lateral distance r / d, first layer at T₀ = {temperature}"), 0.0, end)
@@ -88,31 +81,27 @@ fn write_tables(
     report: &Report,
 ) -> Result<(), Failure> {
     let rows = states.iter().flat_map(|state| {
-        state
-            .base
-            .bins
-            .iter()
-            .map(|&(height, density)| [state.temperature, height, density.mean, density.standard_error])
+        state.base.bins.iter().map(|&(height, density)| row![state.temperature, height, density])
     });
     report.table(
         "figure_04",
         "temperature in m g d; height in d, middles of bins of 0.1; density in 1/d^3; errors are one standard error",
-        ["temperature", "height", "number_density", "number_density_error"],
+        "temperature, height, number_density, number_density_error",
         rows,
     )?;
     report.table(
         "figure_04_inset",
         &format!("lateral distance in d, of spheres between 0.5 and 0.6 at T = {temperature}; errors are one standard error"),
-        ["distance", "radial_distribution", "radial_distribution_error"],
+        "distance, radial_distribution, radial_distribution_error",
         radial.iter().map(|point| {
-            [point.distance, point.radial_distribution.mean, point.radial_distribution.standard_error]
+            row![point.distance, point.radial_distribution]
         }),
     )
 }
 
 fn claims(states: &[State<'_>], densest: f64, radial: &[RadialDistributionPoint], report: &mut Report) {
     let verdicts = &mut report.verdicts;
-    let count = |state: &State<'_>| Estimate::new(state.base.clear_layers as f64, 0.0);
+    let count = |state: &State<'_>| Estimate::exact(state.base.clear_layers as f64);
     for state in states {
         let temperature = state.temperature;
         let claim =
@@ -141,7 +130,7 @@ fn claims(states: &[State<'_>], densest: f64, radial: &[RadialDistributionPoint]
     let first = radial
         .iter()
         .max_by(|first, second| first.radial_distribution.mean.total_cmp(&second.radial_distribution.mean));
-    let position = first.map_or(nan, |point| Estimate::new(point.distance, 0.0));
+    let position = first.map_or(nan, |point| Estimate::exact(point.distance));
     verdicts.between(
         "4 inset",
         &format!("highest peak of g(r) of the first layer at T = {densest}, in d"),
@@ -149,9 +138,7 @@ fn claims(states: &[State<'_>], densest: f64, radial: &[RadialDistributionPoint]
         1.0,
         1.15,
     );
-    let far = radial.iter().filter(|point| point.distance > FAR).map(|point| {
-        Estimate::new(point.radial_distribution.mean - 1.0, point.radial_distribution.standard_error)
-    });
+    let far = radial.iter().filter(|point| point.distance > FAR).map(|point| point.radial_distribution - 1.0);
     verdicts.at_most(
         "4 inset",
         &format!("largest |g − 1| beyond {FAR} d: no order of long range"),

@@ -2,13 +2,14 @@
 
 use super::figure_03::BULK_BEGINS;
 use super::protocol::PAPER_DISPLACEMENT;
-use super::report::{Report, color_of};
 use super::state::State;
+use super::style::color_of;
 use gradient_mc::observers::DisplacementPoint;
 use gradient_mc::statistics::Estimate;
-use paper::Failure;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use paper::groups::{farthest_from_zero, magnitude};
+use paper::row;
+use paper::{Failure, Report};
 
 /// Mobility of one temperature.
 struct Mobility<'a> {
@@ -36,25 +37,16 @@ pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Fa
     report.table(
         "figure_05",
         "temperature in m g d; height in d, middles of bins of 0.5; displacements in d; errors are one standard error",
-        [
-            "temperature",
-            "height",
-            "packing_fraction_theory",
-            "mean_displacement",
-            "mean_displacement_error",
-            "accepted_per_sweep",
-            "accepted_per_sweep_error",
-        ],
+        "temperature, height, packing_fraction_theory, mean_displacement, \
+         mean_displacement_error, accepted_per_sweep, accepted_per_sweep_error",
         measured.iter().flat_map(|mobility| {
             mobility.points.iter().filter(|point| point.mean_displacement.mean.is_finite()).map(|point| {
-                [
+                row![
                     mobility.state.temperature,
                     point.height,
                     mobility.state.theory.kolafa.packing_fraction(point.height),
-                    point.mean_displacement.mean,
-                    point.mean_displacement.standard_error,
-                    point.accepted_per_sweep.mean,
-                    point.accepted_per_sweep.standard_error,
+                    point.mean_displacement,
+                    point.accepted_per_sweep,
                 ]
             })
         }),
@@ -81,11 +73,7 @@ fn against_height(measured: &[Mobility<'_>]) -> Panel {
             }
             shown
         });
-        let points = points.map(|point| Point {
-            x: point.height,
-            y: point.mean_displacement.mean,
-            error: point.mean_displacement.standard_error,
-        });
+        let points = points.map(|point| Point::of(point.height, point.mean_displacement));
         let exact = dilute(temperature);
         panel = panel
             .points(&format!("T₀ = {temperature}"), color_of(temperature), Mark::Points, points)
@@ -108,10 +96,8 @@ fn against_packing(measured: &[Mobility<'_>]) -> Panel {
             .points
             .iter()
             .filter(|point| point.height > BULK_BEGINS && point.mean_displacement.standard_error < 0.02);
-        let points = bulk.map(|point| Point {
-            x: mobility.state.theory.kolafa.packing_fraction(point.height),
-            y: point.mean_displacement.mean,
-            error: point.mean_displacement.standard_error,
+        let points = bulk.map(|point| {
+            Point::of(mobility.state.theory.kolafa.packing_fraction(point.height), point.mean_displacement)
         });
         panel = panel.points(&format!("T₀ = {temperature}"), color_of(temperature), Mark::Dots, points);
     }
@@ -176,7 +162,7 @@ fn claims(measured: &[Mobility<'_>], report: &mut Report) {
             exact + 4.0 * gas.standard_error,
         );
         let base = mean_over(mobility, |height| (NEAR[0]..NEAR[1]).contains(&height));
-        let ratio = Estimate::new(base.mean / exact, base.standard_error / exact);
+        let ratio = base / exact;
         let claim =
             format!("Δr between {} and {} d over that of a dilute gas, T = {temperature}", NEAR[0], NEAR[1]);
         if temperature < 10.0 {

@@ -2,15 +2,16 @@
 
 use super::figure_03::{BULK_BEGINS, height_of};
 use super::protocol::DRAWN;
-use super::report::{Report, color_of};
 use super::state::State;
+use super::style::color_of;
 use gradient_mc::EquationOfState;
 use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa, number_density};
 use gradient_mc::observers::EquationOfStatePoint;
 use gradient_mc::statistics::Estimate;
-use paper::Failure;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use paper::groups::{edges_of_equal_numbers, farthest_from_zero, largest, magnitude, ranges_between};
+use paper::row;
+use paper::{Failure, Report};
 
 /// Up to where packing fractions are drawn.
 const DENSEST: f64 = 0.5;
@@ -49,21 +50,14 @@ pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Fa
     report.table(
         "figure_06",
         "temperature in m g d; height in d; pressure over temperature in 1/d^3; bins of 0.5 d; errors are one standard error",
-        [
-            "temperature",
-            "height",
-            "packing_fraction",
-            "packing_fraction_error",
-            "pressure_over_temperature",
-            "pressure_over_temperature_error",
-        ],
+        "temperature, height, packing_fraction, packing_fraction_error, \
+         pressure_over_temperature, pressure_over_temperature_error",
         points.iter().flat_map(|(state, points)| {
             points.iter().map(|point| {
-                [
+                row![
                     state.temperature,
                     point.height,
-                    point.packing_fraction.mean,
-                    point.packing_fraction.standard_error,
+                    point.packing_fraction,
                     point.pressure.mean / point.temperature,
                     point.pressure.standard_error / point.temperature,
                 ]
@@ -90,14 +84,14 @@ pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Fa
         report.verdicts.at_most(
             "6",
             &format!("the same at T = {} in standard errors, the better equation", state.temperature),
-            Estimate::new(largest(in_errors), 0.0),
+            Estimate::exact(largest(in_errors)),
             4.0,
         );
         let errors = groups.iter().map(|group| group.from_kolafa.standard_error);
         report.verdicts.at_most(
             "6",
             &format!("largest of these standard errors at T = {}", state.temperature),
-            Estimate::new(largest(errors), 0.0),
+            Estimate::exact(largest(errors)),
             0.005,
         );
     }
@@ -116,9 +110,8 @@ fn in_groups(state: &State<'_>) -> Result<Vec<Group>, Failure> {
     let theory = &state.theory.kolafa;
     let highest = height_of(state, DILUTE);
     let ranges = ranges_between(&edges_of_equal_numbers(theory, [BULK_BEGINS, highest], GROUPS));
-    let carnahan_starling =
-        state.profile.deviations_over(&ranges, |eta| CarnahanStarling.compressibility_factor(eta))?;
-    let kolafa = state.profile.deviations_over(&ranges, |eta| ModifiedKolafa.compressibility_factor(eta))?;
+    let carnahan_starling = state.profile.deviations_over(&ranges, &CarnahanStarling)?;
+    let kolafa = state.profile.deviations_over(&ranges, &ModifiedKolafa)?;
     let rows = ranges.iter().zip(carnahan_starling.into_iter().zip(kolafa));
     Ok(rows
         .map(|([low, high], (from_carnahan_starling, from_kolafa))| Group {
@@ -178,11 +171,8 @@ fn deviation(measured: &[(&State<'_>, Vec<Group>)]) -> Panel {
     )
     .with_legend(Corner::TopLeft);
     for (state, groups) in measured.iter().filter(|(state, _)| DRAWN.contains(&state.temperature)) {
-        let points = groups.iter().map(|group| Point {
-            x: group.packing_fraction,
-            y: 100.0 * group.from_carnahan_starling.mean,
-            error: 100.0 * group.from_carnahan_starling.standard_error,
-        });
+        let points =
+            groups.iter().map(|group| Point::percent(group.packing_fraction, group.from_carnahan_starling));
         panel = panel.points(
             &format!("T₀ = {}", state.temperature),
             color_of(state.temperature),

@@ -2,13 +2,14 @@
 
 use super::layers::{Layer, of_theory};
 use super::protocol::DRAWN;
-use super::report::{Report, color_of};
 use super::state::{State, difference};
+use super::style::color_of;
 use super::theory::independent_base;
 use gradient_mc::statistics::Estimate;
-use paper::Failure;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use paper::groups::largest;
+use paper::row;
+use paper::{Failure, Report};
 
 /// Up to this height.
 const HIGHEST: f64 = 8.0;
@@ -78,23 +79,19 @@ fn profile(state: &State<'_>, column: usize) -> Panel {
 }
 
 fn density_point((height, density): &(f64, Estimate)) -> Point {
-    Point { x: *height, y: density.mean, error: density.standard_error }
+    Point::of(*height, *density)
 }
 
 /// Simulation over functional, less 1, with its error, for every bin that both have.
 fn from_functional(state: &State<'_>) -> impl Iterator<Item = (f64, Estimate)> {
     let pairs = state.base.bins.iter().zip(&state.theory.white_bear_base);
-    pairs.filter(|((height, _), _)| *height < HIGHEST).map(|((height, density), (_, functional))| {
-        (*height, Estimate::new(density.mean / functional - 1.0, density.standard_error / functional))
-    })
+    pairs
+        .filter(|((height, _), _)| *height < HIGHEST)
+        .map(|((height, density), (_, functional))| (*height, *density / *functional - 1.0))
 }
 
 fn deviation(state: &State<'_>, column: usize) -> Panel {
-    let points = from_functional(state).map(|(height, deviation)| Point {
-        x: height,
-        y: 100.0 * deviation.mean,
-        error: 100.0 * deviation.standard_error,
-    });
+    let points = from_functional(state).map(|(height, deviation)| Point::percent(height, deviation));
     Panel::new(
         place(column, true),
         Axis::new("height x / d", 0.0, HIGHEST).with_numbers(9),
@@ -124,41 +121,29 @@ fn write_tables(states: &[State<'_>], report: &Report) -> Result<(), Failure> {
         let functional = &state.theory.white_bear_base;
         state.base.bins.iter().enumerate().map(move |(bin, &(height, density))| {
             let functional = functional.get(bin).map_or(f64::NAN, |&(_, density)| density);
-            [state.temperature, height, density.mean, density.standard_error, functional]
+            row![state.temperature, height, density, functional]
         })
     });
     report.table(
         "layered_base",
         "temperature in m g d; height in d, middles of bins of 0.1; densities in 1/d^3; errors are one standard error; NaN: no \
          reference",
-        ["temperature", "height", "number_density", "number_density_error", "white_bear"],
+        "temperature, height, number_density, number_density_error, white_bear",
         bins,
     )?;
     let peaks = states.iter().flat_map(|state| {
         let contact = state.base.contact_density;
-        let wall = [
-            state.temperature,
-            1.0,
-            0.5,
-            0.0,
-            contact.mean,
-            contact.standard_error,
-            f64::NAN,
-            f64::NAN,
-            state.contact_density(),
-        ];
+        let wall =
+            row![state.temperature, 1.0, 0.5, 0.0, contact, f64::NAN, f64::NAN, state.contact_density(),];
         let (_, functional) = of_theory(&state.theory.white_bear_base);
         let layers = state.base.layers.iter().enumerate().map(move |(number, layer)| {
             let (_, height) = functional.get(number).copied().unwrap_or((f64::NAN, f64::NAN));
-            [
+            row![
                 state.temperature,
                 number as f64 + 2.0,
-                layer.position.mean,
-                layer.position.standard_error,
-                layer.height.mean,
-                layer.height.standard_error,
-                layer.binned_height.mean,
-                layer.binned_height.standard_error,
+                layer.position,
+                layer.height,
+                layer.binned_height,
                 height,
             ]
         });
@@ -169,17 +154,8 @@ fn write_tables(states: &[State<'_>], report: &Report) -> Result<(), Failure> {
         "temperature in m g d; positions in d; densities in 1/d^3; layer 1 is the contact with the wall, where the reference is the \
          contact theorem; of the others it is the mean over 0.1 d by White Bear II, to be compared with binned_height; errors are \
          one standard error",
-        [
-            "temperature",
-            "layer",
-            "position",
-            "position_error",
-            "height",
-            "height_error",
-            "binned_height",
-            "binned_height_error",
-            "reference",
-        ],
+        "temperature, layer, position, position_error, height, height_error, binned_height, \
+         binned_height_error, reference",
         peaks,
     )
 }
@@ -221,7 +197,7 @@ fn independently(state: &State<'_>, report: &mut Report) -> Result<(), Failure> 
             "largest difference between n(x) in bins of 0.1 and an independent program's, in errors, T = {}",
             state.temperature
         ),
-        Estimate::new(largest(differences), 0.0),
+        Estimate::exact(largest(differences)),
         4.5,
     );
     Ok(())
@@ -241,7 +217,7 @@ fn two_routes(state: &State<'_>, report: &mut Report) {
             state.columns.first().map_or("", |column| column.task.family.name()),
             state.temperature
         ),
-        Estimate::new(largest(differences), 0.0),
+        Estimate::exact(largest(differences)),
         4.5,
     );
 }
@@ -257,7 +233,7 @@ fn against_functional(state: &State<'_>, report: &mut Report) {
     let root_mean_square = |value: fn(&Estimate) -> f64| {
         (found.iter().map(|bin| value(bin) * value(bin)).sum::<f64>() / found.len() as f64).sqrt()
     };
-    let deviation = Estimate::new(root_mean_square(|bin| bin.mean), 0.0);
+    let deviation = Estimate::exact(root_mean_square(|bin| bin.mean));
     let noise = root_mean_square(|bin| bin.standard_error);
     let claim = format!(
         "rms of n/n(White Bear II) − 1 at T = {temperature} in bins of 0.1, x < {HIGHEST}, of which noise {noise:.4}"
@@ -270,7 +246,7 @@ fn against_functional(state: &State<'_>, report: &mut Report) {
         verdicts.at_most(
             "base",
             &format!("the largest of these at T = {temperature} less {FUNCTIONAL}, in errors"),
-            Estimate::new(largest(beyond), 0.0),
+            Estimate::exact(largest(beyond)),
             3.0,
         );
     }

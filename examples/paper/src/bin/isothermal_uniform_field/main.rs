@@ -26,54 +26,31 @@ mod layered_base;
 mod layers;
 mod log_polynomial;
 mod protocol;
-mod report;
 mod state;
 mod steadiness;
+mod style;
 mod theory;
 
-use clap::Parser;
 use column::Column;
-use paper::interrupt::Interrupt;
-use paper::progress::Progress;
-use paper::{Ending, Failure, conclude, output, replicas};
+use paper::{Ending, Failure, Report, Session, replicas, study};
 use protocol::{Arguments, Protocol, Task};
-use report::Report;
 use state::State;
 use std::process::ExitCode;
 use std::time::Instant;
 
 fn main() -> ExitCode {
-    conclude(run(&Arguments::parse()))
+    study::main("isothermal_uniform_field", run)
 }
 
-fn run(arguments: &Arguments) -> Result<Ending, Failure> {
-    let protocol = Protocol::new(arguments);
-    let directory = arguments.shared.directory("isothermal_uniform_field");
-    output::create_directory(&directory)?;
-    let interrupt = Interrupt::listen()?;
+fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
+    let protocol = Protocol::new(arguments, session);
     println!("{protocol}");
-
     let started = Instant::now();
-    let progress = Progress::new(protocol.cost(), "columns");
-    // The longest first, so that the threads end together.
-    let mut order: Vec<usize> = (0..protocol.tasks().count()).collect();
     let tasks: Vec<Task> = protocol.tasks().copied().collect();
-    order.sort_by_key(|&number| std::cmp::Reverse(tasks[number].cost()));
-    let ordered = order.iter().map(|&number| tasks[number]).collect();
-    let simulated = replicas::in_parallel(arguments.shared.threads, ordered, |task| {
-        column::simulate(task, &interrupt, &progress)
-    })?;
-    progress.finish();
-    let mut columns: Vec<(usize, Column)> = order.into_iter().zip(simulated).collect();
-    columns.sort_by_key(|&(number, _)| number);
-    let mut steady: Vec<Column> = columns.into_iter().map(|(_, column)| column).collect();
+    let mut steady: Vec<Column> = session.run_all("columns", tasks, Task::cost, column::simulate)?;
     let falling = steady.split_off(protocol.steady.len());
-    if interrupt.pressed() {
-        println!("interrupted: the figures that can be drawn need every column");
-        return Ok(Ending::Interrupted);
-    }
 
-    let mut report = Report::new(directory);
+    let mut report = Report::new(session);
     let states = arguments
         .temperatures()
         .map(|temperature| State::new(temperature, &steady))
@@ -84,17 +61,13 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     figure_05::report(&states, &mut report)?;
     figure_06::report(&states, &mut report)?;
     layered_base::report(&states, &mut report)?;
-    report.finish()?;
-
     let busy: f64 = states.iter().map(State::busy).sum();
     let fell: f64 = falling.iter().map(|column| column.busy).sum();
-    println!("\n{}", report.verdicts);
     println!(
-        "{busy:.0} CPU s for the columns that are measured{}; {:.0} s on {} threads. Errors are one standard error.\nwritten to {}",
+        "{busy:.0} CPU s for the columns that are measured{}; {:.0} s on {} threads. Errors are one standard error.",
         if fell > 0.0 { format!(", {fell:.0} for the fall by the paper's moves") } else { String::new() },
         started.elapsed().as_secs_f64(),
-        replicas::thread_count(arguments.shared.threads),
-        report.directory.display()
+        replicas::thread_count(session.threads)
     );
-    Ok(report.verdicts.ending())
+    report.finish()
 }

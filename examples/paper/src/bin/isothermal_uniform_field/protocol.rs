@@ -1,23 +1,14 @@
 //! What is simulated: the command line, made definite.
 
-use clap::Parser;
 use gradient_mc::Slab;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
-use paper::Failure;
-use paper::arguments::SharedArguments;
+use paper::study::count;
+use paper::{Failure, Session, Side};
 use std::fmt;
 
 /// Figures 2 to 6 of doi:10.1103/PhysRevE.83.061306: an isothermal column in a uniform field, and the layers at its base.
-#[derive(Parser, Debug)]
-#[command(name = "isothermal_uniform_field")]
+#[derive(clap::Args, Debug)]
 pub(crate) struct Arguments {
-    #[command(flatten)]
-    pub(crate) shared: SharedArguments,
-
-    /// Factor on all numbers of sweeps, 0.001 to 1000; the claims are meant for 1 and more
-    #[arg(long, default_value_t = 1.0, value_parser = effort)]
-    pub(crate) effort: f64,
-
     /// The full protocol of the paper: base of 25 x 25, its moves, uniform start, 500000 sweeps, then 500000 that are measured
     /// (hours)
     #[arg(long)]
@@ -49,14 +40,6 @@ fn temperature(text: &str) -> Result<f64, String> {
     }
 }
 
-fn effort(text: &str) -> Result<f64, String> {
-    match text.parse() {
-        Ok(effort) if (0.001..=1000.0).contains(&effort) => Ok(effort),
-        Ok(_) => Err("take 0.001 to 1000".into()),
-        Err(error) => Err(format!("{error}")),
-    }
-}
-
 fn width(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(width) if (4.0..=100.0).contains(&width) => Ok(width),
@@ -75,15 +58,6 @@ pub(crate) const PAPER_DISPLACEMENT: f64 = 0.75;
 pub(crate) const TEMPERATURES: [f64; 4] = [5.0, 15.0, 20.0, 30.0];
 /// Those that the paper draws together (20 stands in figure 5 alone).
 pub(crate) const DRAWN: [f64; 3] = [5.0, 15.0, 30.0];
-
-/// From which side a column comes to its steady state.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Side {
-    /// Random insertion at n = 0.1, as in the paper: the center of mass is at 200.
-    Above,
-    /// A crystal on the base: the center of mass is below 20.
-    Below,
-}
 
 /// What the sweeps of a column consist of.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -125,6 +99,7 @@ pub(crate) struct Task {
     pub(crate) temperature: f64,
     /// Side of the square base, in diameters.
     pub(crate) width: f64,
+    /// From above: random insertion at n = 0.1, as in the paper, with the center of mass at 200; or from a crystal below 20.
     pub(crate) side: Side,
     pub(crate) family: Family,
     pub(crate) equilibration: u64,
@@ -144,10 +119,7 @@ impl Task {
     }
 
     pub(crate) fn particles(&self) -> usize {
-        // Some thousands.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let particles = (COLUMN_DENSITY * self.width * self.width).round() as usize;
-        particles
+        count(COLUMN_DENSITY * self.width * self.width)
     }
 
     /// S with which the structure at the base is renewed the soonest: smaller where it is dense.
@@ -179,13 +151,8 @@ impl Protocol {
     /// Bases of the columns that are measured: figures are drawn from the wider.
     pub(crate) const WIDTHS: [f64; 2] = [12.0, 8.0];
 
-    pub(crate) fn new(arguments: &Arguments) -> Self {
-        let scaled = |sweeps: f64| {
-            // At most 1e9.
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-            let sweeps = (sweeps * arguments.effort).round() as u64;
-            sweeps.max(1)
-        };
+    pub(crate) fn new(arguments: &Arguments, session: &Session) -> Self {
+        let scaled = |sweeps: f64| count(sweeps * session.choose(1.0, 0.1)) as u64;
         let base = Task {
             temperature: 0.0,
             width: arguments.width,
@@ -205,7 +172,7 @@ impl Protocol {
                 steady.push(Task { temperature, ..base });
             } else {
                 for width in Self::WIDTHS {
-                    for side in [Side::Above, Side::Below] {
+                    for side in Side::BOTH {
                         steady.push(Task { width, side, ..Self::column(temperature, base, &scaled) });
                     }
                 }
@@ -238,8 +205,7 @@ impl Protocol {
             }
         }
         for (number, task) in steady.iter_mut().chain(&mut falling).enumerate() {
-            // The generator scrambles its seed, so neighbors are as good as any.
-            task.seed = arguments.shared.seed.wrapping_mul(1_000_003).wrapping_add(number as u64);
+            task.seed = session.seed(number as u64);
         }
         Self { steady, falling }
     }
@@ -259,10 +225,6 @@ impl Protocol {
     /// All columns: first those that are measured.
     pub(crate) fn tasks(&self) -> impl Iterator<Item = &Task> {
         self.steady.iter().chain(&self.falling)
-    }
-
-    pub(crate) fn cost(&self) -> u64 {
-        self.tasks().map(Task::cost).sum()
     }
 }
 

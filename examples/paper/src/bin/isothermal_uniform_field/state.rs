@@ -2,12 +2,12 @@
 
 use super::column::Column;
 use super::layers::Base;
-use super::protocol::{COLUMN_DENSITY, Side};
+use super::protocol::COLUMN_DENSITY;
 use super::theory::Theory;
-use gradient_mc::Error;
 use gradient_mc::observers::{EquationOfStateProfile, RadialDistribution};
 use gradient_mc::statistics::Estimate;
-use paper::Failure;
+use gradient_mc::{Error, Merge};
+use paper::{Failure, Side};
 
 /// What is known of the steady state at one temperature.
 pub(crate) struct State<'a> {
@@ -50,7 +50,7 @@ impl<'a> State<'a> {
         let response = pooled(columns.iter().copied(), |column| {
             let variance = column.steady().variance()?;
             let factor = column.task.particles() as f64 / (temperature * temperature);
-            Ok(Estimate::new(factor * variance.mean, factor * variance.standard_error))
+            Ok(factor * variance)
         })?;
         Ok(Self {
             temperature,
@@ -106,5 +106,5 @@ fn pooled<'a>(
 
 /// The difference of two independent estimates.
 pub(crate) fn difference(first: Estimate, second: Estimate) -> Estimate {
-    Estimate::new(first.mean - second.mean, libm::hypot(first.standard_error, second.standard_error))
+    first.minus_independent(second)
 }

@@ -4,15 +4,13 @@ use super::protocol::{Base, Protocol, Stage};
 use gradient_mc::equation_of_state::EquationOfState;
 use gradient_mc::field::ExponentialField;
 use gradient_mc::hydrostatics::{HydrostaticProfile, Hydrostatics};
-use gradient_mc::observers::{CenterOfMass, DisplacementProfile, EquationOfStateProfile};
+use gradient_mc::observers::{Bins, CenterOfMass, DisplacementProfile, EquationOfStateProfile};
 use gradient_mc::start::{Positions, RandomInsertion, Start};
 use gradient_mc::temperature::Isothermal;
-use gradient_mc::{Error, Every, Scene, Simulation, Vector3, Warning};
-use paper::Failure;
-use paper::interrupt::Interrupt;
-use paper::progress::Progress;
-use paper::replicas::in_chunks;
-use std::time::Duration;
+use gradient_mc::{Error, Every, Merge, Scene, Simulation, Vector3, Warning};
+use paper::clock::cpu_seconds;
+use paper::study::count;
+use paper::{Failure, Watch};
 
 /// A column of the paper's system (b).
 #[derive(Debug, Clone, Copy)]
@@ -32,7 +30,8 @@ pub(crate) struct Run {
     pub(crate) positions: Vec<Vector3<f64>>,
     /// What speaks against its measurement.
     pub(crate) warnings: Vec<Warning>,
-    pub(crate) busy: Duration,
+    /// CPU seconds.
+    pub(crate) busy: f64,
 }
 
 /// Height of the bins, that of the paper.
@@ -56,39 +55,23 @@ impl Column {
     }
 
     /// From spheres at random, n = 0.1, as the paper starts.
-    pub(crate) fn settle(
-        &self,
-        stage: &Stage,
-        seed: u64,
-        interrupt: &Interrupt,
-        progress: &Progress,
-    ) -> Result<Run, Failure> {
-        self.run(RandomInsertion::default(), stage, seed, interrupt, progress)
+    pub(crate) fn settle(&self, stage: &Stage, seed: u64, watch: &Watch<'_>) -> Result<Run, Failure> {
+        self.run(RandomInsertion::default(), stage, seed, watch)
     }
 
     /// Runs a stage and looks at the column all the while.
-    fn run(
-        &self,
-        start: impl Start,
-        stage: &Stage,
-        seed: u64,
-        interrupt: &Interrupt,
-        progress: &Progress,
-    ) -> Result<Run, Failure> {
-        let clock = Clock::start();
+    fn run(&self, start: impl Start, stage: &Stage, seed: u64, watch: &Watch<'_>) -> Result<Run, Failure> {
+        let started = cpu_seconds();
         let mut simulation =
             Simulation::builder(self.scene()?).start(start).moves(stage.moves).seed(seed).build()?;
         let mut center_of_mass = Every::new(stage.interval, CenterOfMass::new());
-        in_chunks(stage.equilibration, interrupt, progress, |sweeps| {
-            simulation.equilibrate(sweeps, &mut center_of_mass)
-        })?;
+        watch.sweeps(stage.equilibration, 1, |sweeps| simulation.equilibrate(sweeps, &mut center_of_mass))?;
         let mut profiles = Vec::new();
         for &sweeps in &stage.intervals {
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-            let bins = (Protocol::HEIGHT / BIN).round() as usize;
             let slab = *simulation.scene().slab();
-            let mut profile = Every::new(stage.interval, EquationOfStateProfile::new(&slab, bins)?);
-            in_chunks(sweeps, interrupt, progress, |sweeps| {
+            let profile = EquationOfStateProfile::new(&slab, Bins::count(count(Protocol::HEIGHT / BIN)))?;
+            let mut profile = Every::new(stage.interval, profile);
+            watch.sweeps(sweeps, 1, |sweeps| {
                 simulation.run(sweeps, &mut (&mut center_of_mass, &mut profile))
             })?;
             profiles.push(profile.observer);
@@ -98,7 +81,7 @@ impl Column {
             profiles,
             positions: simulation.positions(),
             warnings: if stage.intervals.is_empty() { Vec::new() } else { simulation.warnings() },
-            busy: clock.busy(),
+            busy: cpu_seconds() - started,
         })
     }
 
@@ -118,7 +101,7 @@ impl Column {
             .moves(Protocol::local_moves(self.rate, &slab)?)
             .seed(seed)
             .build()?;
-        let profile = DisplacementProfile::with_range(&slab, 0.5, 100.5, 100)?;
+        let profile = DisplacementProfile::new(&slab, Bins::count(100).from(0.5).to(100.5))?;
         let mut profile = Every::new(INTERVAL, profile);
         simulation.equilibrate(SWEEPS[0], &mut ())?;
         simulation.run(SWEEPS[1], &mut profile)?;
@@ -160,24 +143,4 @@ pub(crate) fn plateau(runs: &[Run], equilibration: u64) -> Result<(CenterOfMass,
         beginnings.push(beginning);
     }
     Ok((sum, beginnings))
-}
-
-/// Processor time of this thread, since others may want the same core.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Clock(Duration);
-
-impl Clock {
-    pub(crate) fn start() -> Self {
-        Self(Self::now())
-    }
-
-    pub(crate) fn busy(&self) -> Duration {
-        Self::now().saturating_sub(self.0)
-    }
-
-    fn now() -> Duration {
-        let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
-        let part = |value: i64| u64::try_from(value).unwrap_or(0);
-        Duration::from_secs(part(time.tv_sec)) + Duration::from_nanos(part(time.tv_nsec))
-    }
 }

@@ -3,13 +3,12 @@
 use super::results::{COLORS, Results};
 use gradient_mc::observers::RadialDistributionPoint;
 use gradient_mc::statistics::Estimate;
-use paper::Failure;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
-use paper::output::write_csv;
+use paper::row;
 use paper::verdict::Verdicts;
-use std::path::Path;
+use paper::{Failure, Report};
 
-pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
+pub(crate) fn draw(results: &Results, report: &mut Report) -> Result<(), Failure> {
     let crystal = results.shown()?;
     let radial = crystal.first_layer.points()?;
     let highest = radial.iter().map(|point| point.radial_distribution.mean).fold(1.0, f64::max);
@@ -30,11 +29,7 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
         "",
         colors::INK,
         Mark::Dots,
-        radial.iter().map(|point| Point {
-            x: point.distance,
-            y: point.radial_distribution.mean,
-            error: point.radial_distribution.standard_error,
-        }),
+        radial.iter().map(|point| Point::of(point.distance, point.radial_distribution)),
     );
     let mut largest = 1.0_f64;
     for (_, angles) in &crystal.angles {
@@ -57,26 +52,24 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
             Mark::Line,
             points.iter().map(|point| (point.degrees, point.angular_distribution.mean)),
         );
-        rows.extend(points.iter().map(|point| {
-            let Estimate { mean, standard_error, .. } = point.angular_distribution;
-            [*height, point.degrees, mean, standard_error]
-        }));
+        rows.extend(points.iter().map(|point| row![height, point.degrees, point.angular_distribution]));
     }
     let title = format!("Figure 11: order within layers   (T = 20, α = 0.1, base {})", crystal.base);
-    Figure::new(&title).panel(distribution).panel(angular).save(&directory.join("figure_11"))?;
-    write_csv(
-        &directory.join("figure_11_radial.csv"),
-        "distances in d; spheres at heights from 0.5 to 0.9; errors are one standard error",
-        ["distance", "radial_distribution", "radial_distribution_error"],
-        radial.iter().map(|point| {
-            let Estimate { mean, standard_error, .. } = point.radial_distribution;
-            [point.distance, mean, standard_error]
-        }),
+    let figure = Figure::new(&title).panel(distribution).panel(angular);
+    report.picture(
+        "figure_11",
+        &figure,
+        "Figure 11: lateral distribution of distances in the lowest layer, and of angles between neighbors",
     )?;
-    write_csv(
-        &directory.join("figure_11_angles.csv"),
+    report.table(
+        "figure_11_radial",
+        "distances in d; spheres at heights from 0.5 to 0.9; errors are one standard error",
+        "distance, radial_distribution, radial_distribution_error",
+        radial.iter().map(|point| row![point.distance, point.radial_distribution]),
+    )?;
+    report.table("figure_11_angles",
         "height of the layer in d; angles in degrees, 1 on average; neighbors within 1.2 d; errors are one standard error",
-        ["height", "angle", "angular_distribution", "angular_distribution_error"],
+        "height, angle, angular_distribution, angular_distribution_error",
         rows,
     )
 }
@@ -101,7 +94,7 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
     verdicts.between(
         "11 left",
         "second peak of g(r) over the first (hexagonal: 1.732)",
-        Estimate::new(second / first, 0.0),
+        Estimate::exact(second / first),
         1.68,
         1.78,
     );
@@ -117,7 +110,7 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
                 .fold((0.0, 0), |(sum, count), point| (sum + point.angular_distribution.mean, count + 1));
             sum / f64::from(count)
         };
-        let ratio = Estimate::new(mean(0.0) / mean(30.0), 0.0);
+        let ratio = Estimate::exact(mean(0.0) / mean(30.0));
         let claim = format!("x = {height:.1}: g(θ) at multiples of 60 degrees over g between them");
         // The last is in the fluid.
         if index + 1 < crystal.angles.len() {

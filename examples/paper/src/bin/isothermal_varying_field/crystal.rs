@@ -1,22 +1,20 @@
 //! The crystal at α = 0.1: grown from a gas of spheres at random, then looked at.
 
-use super::column::{BIN, Clock, Column};
+use super::column::{BIN, Column};
 use super::front::{self, Crossing};
 use super::protocol::{Base, Protocol};
 use gradient_mc::field::ExponentialField;
 use gradient_mc::observers::{
-    CenterOfMass, DensityProfile, DisplacementProfile, EquationOfStateProfile, Layer, NeighborAngles,
+    Bins, CenterOfMass, DensityProfile, DisplacementProfile, EquationOfStateProfile, Layer, NeighborAngles,
     RadialDistribution, StructureProfile,
 };
 use gradient_mc::start::{Positions, RandomInsertion};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Every, Simulation, Slab, Vector3, Warning};
-use paper::Failure;
-use paper::interrupt::Interrupt;
-use paper::progress::Progress;
-use paper::replicas::in_chunks;
-use std::time::Duration;
+use paper::clock::cpu_seconds;
+use paper::study::count;
+use paper::{Failure, Watch};
 
 /// A crystal while it grows.
 #[derive(Debug, Clone, Copy)]
@@ -52,7 +50,8 @@ pub(crate) struct Crystal {
     pub(crate) warnings: Vec<Warning>,
     pub(crate) growth_sweeps: u64,
     pub(crate) sweeps: u64,
-    pub(crate) busy: Duration,
+    /// CPU seconds.
+    pub(crate) busy: f64,
 }
 
 /// Bins of the fine profile: from the lowest centers to well above the column.
@@ -83,15 +82,14 @@ pub(crate) fn grow(
     base: Base,
     protocol: &Protocol,
     seed: u64,
-    interrupt: &Interrupt,
-    progress: &Progress,
+    watch: &Watch<'_>,
 ) -> Result<Crystal, Failure> {
-    let clock = Clock::start();
-    let (simulation, history) = watch_growth(base, protocol, seed, interrupt, progress)?;
+    let started = cpu_seconds();
+    let (simulation, history) = watch_growth(base, protocol, seed, watch)?;
     let column = Column { rate: Protocol::CRYSTAL_RATE, base };
-    let mut crystal = measure(column, simulation, protocol, seed, interrupt, progress)?;
+    let mut crystal = measure(column, simulation, protocol, seed, watch)?;
     crystal.history = history;
-    crystal.busy = clock.busy();
+    crystal.busy = cpu_seconds() - started;
     Ok(crystal)
 }
 
@@ -100,8 +98,7 @@ fn watch_growth(
     base: Base,
     protocol: &Protocol,
     seed: u64,
-    interrupt: &Interrupt,
-    progress: &Progress,
+    watch: &Watch<'_>,
 ) -> Result<(Running, Vec<Stand>), Failure> {
     const LOOKS: u64 = 30;
     /// Frames of each look.
@@ -128,14 +125,9 @@ fn watch_growth(
         }
         let chunk = protocol.growth_sweeps * (look + 1) / LOOKS - protocol.growth_sweeps * look / LOOKS;
         let interval = (chunk / (2 * FRAMES)).max(1);
-        in_chunks(chunk / 2, interrupt, progress, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
+        watch.sweeps(chunk / 2, 1, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
         let mut seen = Every::new(interval, (CenterOfMass::new(), fine_profile(&slab)?));
-        in_chunks(chunk - chunk / 2, interrupt, progress, |sweeps| {
-            simulation.equilibrate(sweeps, &mut seen)
-        })?;
-        if interrupt.pressed() {
-            return Err("interrupted while the crystal grew".into());
-        }
+        watch.sweeps(chunk - chunk / 2, 1, |sweeps| simulation.equilibrate(sweeps, &mut seen))?;
         sweep += chunk;
         let (center_of_mass, density) = seen.observer;
         let layers = crystalline(&density.layers(LEAST_VISIBILITY)?);
@@ -152,9 +144,7 @@ fn watch_growth(
 }
 
 fn fine_profile(slab: &Slab) -> Result<DensityProfile, Failure> {
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let bins = ((TOP - 0.5) / FINE_BIN).round() as usize;
-    Ok(DensityProfile::with_range(slab, 0.5, TOP, bins)?)
+    Ok(DensityProfile::new(slab, Bins::count(count((TOP - 0.5) / FINE_BIN)).from(0.5).to(TOP))?)
 }
 
 /// The layers from the base up that count as crystalline.
@@ -167,15 +157,14 @@ fn measure(
     mut simulation: Running,
     protocol: &Protocol,
     seed: u64,
-    interrupt: &Interrupt,
-    progress: &Progress,
+    watch: &Watch<'_>,
 ) -> Result<Crystal, Failure> {
     let slab = *simulation.scene().slab();
     let sweeps = measured_sweeps(protocol);
     let interval = (sweeps / 400).max(1);
     // Where the layers are, to put the bins of angles around them.
     let mut probe = Every::new(interval, fine_profile(&slab)?);
-    in_chunks(sweeps / 4, interrupt, progress, |sweeps| simulation.equilibrate(sweeps, &mut probe))?;
+    watch.sweeps(sweeps / 4, 1, |sweeps| simulation.equilibrate(sweeps, &mut probe))?;
     let layers = probe.observer.layers(LEAST_VISIBILITY)?;
     let mut angles = Vec::new();
     for near in ANGLES_NEAR {
@@ -186,15 +175,15 @@ fn measure(
         let low = (height - 0.35).max(0.5);
         angles.push((height, NeighborAngles::new(&slab, low, height + 0.35, 120)?));
     }
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let bins = (Protocol::HEIGHT / BIN).round() as usize;
+    let bins = count(Protocol::HEIGHT / BIN);
     let mut center_of_mass = Every::new(interval, CenterOfMass::new());
     let mut profiles =
-        Every::new(interval, (fine_profile(&slab)?, EquationOfStateProfile::new(&slab, bins)?));
+        Every::new(interval, (fine_profile(&slab)?, EquationOfStateProfile::new(&slab, Bins::count(bins))?));
     let mut first_layer = Every::new(4 * interval, RadialDistribution::new(&slab, 0.5, 0.9, 100)?);
-    let mut structure = Every::new(4 * interval, StructureProfile::with_range(&slab, 0.5, 40.5, 40)?);
+    let mut structure =
+        Every::new(4 * interval, StructureProfile::new(&slab, Bins::count(40).from(0.5).to(40.5))?);
     let left = sweeps - sweeps / 4;
-    in_chunks(left, interrupt, progress, |sweeps| {
+    watch.sweeps(left, 1, |sweeps| {
         let mut angles: Vec<&mut NeighborAngles> = angles.iter_mut().map(|(_, angles)| angles).collect();
         let mut angles = Every::new(4 * interval, AllOf(&mut angles));
         let mut observers =
@@ -218,7 +207,7 @@ fn measure(
         warnings: simulation.warnings(),
         growth_sweeps: protocol.growth_sweeps,
         sweeps: left,
-        busy: Duration::ZERO,
+        busy: 0.0,
     })
 }
 
@@ -256,10 +245,7 @@ impl Crystal {
             .iter()
             .map(|point| {
                 let pressure = point.pressure;
-                let scaled = Estimate::new(
-                    pressure.mean / point.temperature,
-                    pressure.standard_error / point.temperature,
-                );
+                let scaled = pressure / point.temperature;
                 Crossing::new(point.height, scaled)
             })
             .collect();

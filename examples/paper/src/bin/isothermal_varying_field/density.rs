@@ -6,12 +6,11 @@ use gradient_mc::Field;
 use gradient_mc::field::ExponentialField;
 use gradient_mc::observers::BinState;
 use gradient_mc::statistics::Estimate;
-use paper::Failure;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use paper::groups::{farthest_from_zero, means_over};
-use paper::output::write_csv;
+use paper::row;
 use paper::verdict::Verdicts;
-use std::path::Path;
+use paper::{Failure, Report};
 
 /// Below are layers, above is the bulk.
 const BULK_BEGINS: f64 = 8.0;
@@ -60,7 +59,7 @@ pub(crate) fn ideal_gas(fluid: &Fluid) -> Result<impl Fn(f64) -> f64 + use<>, Fa
     Ok(move |height: f64| libm::exp(ln_activity - field.potential(height) / Protocol::TEMPERATURE))
 }
 
-pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
+pub(crate) fn draw(results: &Results, report: &mut Report) -> Result<(), Failure> {
     let mut plain = Panel::new(
         Place { left: 0.0, top: 0.08, width: 0.5, height: 0.92 },
         Axis::new("height x / d", 0.0, 140.0).with_numbers(8),
@@ -77,13 +76,7 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
     for (fluid, color) in results.fluids.iter().zip(COLORS) {
         let points = |width: f64| -> Result<Vec<Point>, Failure> {
             let points = shown(fluid, width)?.into_iter().filter(|point| point.number_density.mean > 0.0);
-            Ok(points
-                .map(|point| Point {
-                    x: point.height,
-                    y: point.number_density.mean,
-                    error: point.number_density.standard_error,
-                })
-                .collect())
+            Ok(points.map(|point| Point::of(point.height, point.number_density)).collect())
         };
         let heights = || (0..=1000).map(|step| 0.25 * f64::from(step));
         let theory = heights().map(|height| (height, fluid.theory.number_density(height)));
@@ -104,32 +97,29 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
             .points("", color, Mark::Dots, points(3.0)?);
     }
     let figure = Figure::new("Figure 8: number density   (T = 20, a = exp(αx), N/A = 40)");
-    figure.panel(plain).panel(logarithmic).save(&directory.join("figure_08"))?;
+    let figure = figure.panel(plain).panel(logarithmic);
+    report.picture(
+        "figure_08",
+        &figure,
+        "Figure 8: density over height with theory, and on a logarithmic scale with the ideal gas",
+    )?;
     let mut rows = Vec::new();
     for fluid in &results.fluids {
         let ideal = ideal_gas(fluid)?;
         for point in shown(fluid, 1.0)? {
-            rows.push([
+            rows.push(row![
                 fluid.column.rate,
                 point.height,
-                point.number_density.mean,
-                point.number_density.standard_error,
+                point.number_density,
                 fluid.theory.number_density(point.height),
                 ideal(point.height),
             ]);
         }
     }
-    write_csv(
-        &directory.join("figure_08.csv"),
+    report.table("figure_08",
         "alpha in 1/d; heights in d; densities in 1/d^3, bins of 0.1 below 8, means over 1 above; theory: hydrostatics between walls, modified Kolafa; ideal gas of its activity; errors are one standard error",
-        [
-            "alpha",
-            "height",
-            "number_density",
-            "number_density_error",
-            "number_density_theory",
-            "number_density_ideal_gas",
-        ],
+        "alpha, height, number_density, number_density_error, number_density_theory, \
+         number_density_ideal_gas",
         rows,
     )
 }
@@ -141,7 +131,7 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
         let means = fluid.profile.jackknife(|states| mean_densities(states, &dense))?;
         let off = means.iter().zip(&dense).map(|(mean, &range)| {
             let expected = mean_between(&|height| fluid.theory.number_density(height), range);
-            Estimate::new(100.0 * (mean.mean / expected - 1.0), 100.0 * mean.standard_error / expected)
+            100.0 * (*mean / expected - 1.0)
         });
         let bulk = farthest_from_zero(off);
         let claim = format!(
@@ -157,14 +147,14 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
         let tail = [[first[0], last[1]]];
         let mean = fluid.profile.jackknife(|states| mean_densities(states, &tail))?[0];
         let expected = mean_between(&ideal, tail[0]);
-        let off = Estimate::new(100.0 * (mean.mean / expected - 1.0), 100.0 * mean.standard_error / expected);
+        let off = 100.0 * (mean / expected - 1.0);
         let claim = format!(
             "{}: deviation of n from the ideal gas of the activity of theory, 0.0005 < n < 0.004, {off} %, in errors",
             fluid.label()
         );
-        verdicts.between("8b", &claim, Estimate::new(off.deviation_from(0.0), 0.0), -4.0, 4.0);
+        verdicts.between("8b", &claim, Estimate::exact(off.deviation_from(0.0)), -4.0, 4.0);
         let claim = format!("{}: its error, in %", fluid.label());
-        verdicts.at_most("8b", &claim, Estimate::new(off.standard_error, 0.0), 15.0);
+        verdicts.at_most("8b", &claim, Estimate::exact(off.standard_error), 15.0);
     }
     Ok(())
 }

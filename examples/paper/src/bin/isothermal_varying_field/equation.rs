@@ -7,12 +7,11 @@ use gradient_mc::EquationOfState;
 use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa, number_density};
 use gradient_mc::observers::EquationOfStateProfile;
 use gradient_mc::statistics::Estimate;
-use paper::Failure;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use paper::groups::{farthest_from_zero, largest, means_over};
-use paper::output::write_csv;
+use paper::row;
 use paper::verdict::Verdicts;
-use std::path::Path;
+use paper::{Failure, Report};
 
 /// Where the layers at the wall end.
 const BULK_BEGINS: f64 = 8.0;
@@ -44,8 +43,8 @@ fn bands(profile: &EquationOfStateProfile, begin: f64, end: f64, width: f64) -> 
         values.extend(means_over(states, &ranges, |state| state.pressure / temperature));
         values
     })?;
-    let starling = profile.deviations_over(&ranges, |eta| CarnahanStarling.compressibility_factor(eta))?;
-    let kolafa = profile.deviations_over(&ranges, |eta| ModifiedKolafa.compressibility_factor(eta))?;
+    let starling = profile.deviations_over(&ranges, &CarnahanStarling)?;
+    let kolafa = profile.deviations_over(&ranges, &ModifiedKolafa)?;
     let bands = ranges.iter().enumerate().map(|(index, range)| Band {
         height: f64::midpoint(range[0], range[1]),
         packing_fraction: gradient_mc::equation_of_state::packing_fraction(values[index].mean),
@@ -77,7 +76,7 @@ fn all_bands(results: &Results, width: f64) -> Result<Vec<(f64, Vec<Band>)>, Fai
     Ok(all)
 }
 
-pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
+pub(crate) fn draw(results: &Results, report: &mut Report) -> Result<(), Failure> {
     let curve = |equation: &'static dyn EquationOfState| {
         (0..=500)
             .map(|step| 1e-3 * f64::from(step))
@@ -112,56 +111,36 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
             &label,
             color,
             Mark::Points,
-            bands.iter().map(|band| Point {
-                x: band.packing_fraction,
-                y: band.reduced_pressure.mean,
-                error: band.reduced_pressure.standard_error,
-            }),
+            bands.iter().map(|band| Point::of(band.packing_fraction, band.reduced_pressure)),
         );
         deviation = deviation.points(
             "",
             color,
             Mark::Points,
-            wide.iter().map(|band| Point {
-                x: band.packing_fraction,
-                y: 100.0 * band.deviations[1].mean,
-                error: 100.0 * band.deviations[1].standard_error,
-            }),
+            wide.iter().map(|band| Point::percent(band.packing_fraction, band.deviations[1])),
         );
         rows.extend(bands.iter().map(|band| {
-            [
+            row![
                 *rate,
                 band.height,
                 band.packing_fraction,
-                band.reduced_pressure.mean,
-                band.reduced_pressure.standard_error,
-                band.deviations[0].mean,
-                band.deviations[0].standard_error,
-                band.deviations[1].mean,
-                band.deviations[1].standard_error,
+                band.reduced_pressure,
+                band.deviations[0],
+                band.deviations[1],
             ]
         }));
     }
-    Figure::new(
+    let figure = Figure::new(
         "Figure 13: one equation of state in every field   (T = 20, a = exp(αx), fluid without layers)",
     )
     .panel(pressure)
-    .panel(deviation)
-    .save(&directory.join("figure_13"))?;
-    write_csv(
-        &directory.join("figure_13.csv"),
+    .panel(deviation);
+    report.picture("figure_13", &figure, "Figure 13: pressure over temperature against packing fraction")?;
+    report.table("figure_13",
         "alpha in 1/d; means over 1 d; reduced pressure P/T in 1/d^3; deviations P/(nTZ) - 1; errors are one standard error",
-        [
-            "alpha",
-            "height",
-            "packing_fraction",
-            "reduced_pressure",
-            "reduced_pressure_error",
-            "deviation_carnahan_starling",
-            "deviation_carnahan_starling_error",
-            "deviation_modified_kolafa",
-            "deviation_modified_kolafa_error",
-        ],
+        "alpha, height, packing_fraction, reduced_pressure, reduced_pressure_error, \
+         deviation_carnahan_starling, deviation_carnahan_starling_error, \
+         deviation_modified_kolafa, deviation_modified_kolafa_error",
         rows,
     )
 }
@@ -169,15 +148,15 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
 pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Failure> {
     for fluid in &results.fluids {
         let ranges = wide_ranges(fluid);
-        let off = fluid.profile.deviations_over(&ranges, |eta| ModifiedKolafa.compressibility_factor(eta))?;
-        let percent = off.iter().map(|off| Estimate::new(100.0 * off.mean, 100.0 * off.standard_error));
+        let off = fluid.profile.deviations_over(&ranges, &ModifiedKolafa)?;
+        let percent = off.iter().map(|off| 100.0 * *off);
         let off = farthest_from_zero(percent.clone());
         let claim =
             format!("{}: largest P/(nTZ) − 1 over 4 d, x > 8, n > 0.1, modified Kolafa, in %", fluid.label());
         verdicts.between("13", &claim, off, -2.0, 2.0);
         let error = largest(percent.map(|off| off.standard_error));
         let claim = format!("{}: largest error of these, in %", fluid.label());
-        verdicts.at_most("13", &claim, Estimate::new(error, 0.0), 1.0);
+        verdicts.at_most("13", &claim, Estimate::exact(error), 1.0);
     }
     Ok(())
 }

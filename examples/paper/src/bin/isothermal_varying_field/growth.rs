@@ -8,14 +8,13 @@ use super::protocol::Protocol;
 use super::results::{COLORS, Results, front_of, frozen_theory};
 use gradient_mc::observers::StructurePoint;
 use gradient_mc::statistics::Estimate;
-use paper::Failure;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
-use paper::output::write_csv;
+use paper::row;
 use paper::table::Table;
 use paper::verdict::Verdicts;
-use std::path::Path;
+use paper::{Failure, Report};
 
-pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
+pub(crate) fn draw(results: &Results, report: &mut Report) -> Result<(), Failure> {
     let crystal = results.shown()?;
     let theory = frozen_theory(Column { rate: Protocol::CRYSTAL_RATE, base: crystal.base })?;
     let last = results.crystals.iter().filter_map(|crystal| crystal.history.last()).map(|stand| stand.sweep);
@@ -58,12 +57,7 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
     ] {
         let shares = points.iter().map(|point| (point.height, shares(point)[share]));
         let shares = shares.filter(|share| share.1.mean.is_finite());
-        made_of = made_of.points(
-            label,
-            color,
-            Mark::Points,
-            shares.map(|(x, share)| Point { x, y: share.mean, error: share.standard_error }),
-        );
+        made_of = made_of.points(label, color, Mark::Points, shares.map(|(x, share)| Point::of(x, share)));
     }
     let front = crystal.fronts()?.bonds.mean;
     made_of = made_of.line(
@@ -72,14 +66,14 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
         Mark::Dashed,
         [(front, 0.0), (front, 1.05)],
     );
-    Figure::new("The crystal at α = 0.1, grown from the fluid   (T = 20, N/A = 40)")
+    let figure = Figure::new("The crystal at α = 0.1, grown from the fluid   (T = 20, N/A = 40)")
         .panel(height)
-        .panel(made_of)
-        .save(&directory.join("crystal"))?;
-    write(results, directory)
+        .panel(made_of);
+    report.picture("crystal", &figure, "The crystal at α = 0.1: its growth, and the shares of face-centered, hexagonal and fluid spheres over height")?;
+    write(results, report)
 }
 
-fn write(results: &Results, directory: &Path) -> Result<(), Failure> {
+fn write(results: &Results, report: &mut Report) -> Result<(), Failure> {
     let histories = results.crystals.iter().enumerate().flat_map(|(index, crystal)| {
         crystal.history.iter().map(move |stand| {
             [
@@ -92,41 +86,23 @@ fn write(results: &Results, directory: &Path) -> Result<(), Failure> {
             ]
         })
     });
-    write_csv(
-        &directory.join("crystal_growth.csv"),
+    report.table(
+        "crystal_growth",
         "crystal: number in the order of the table; alpha in 1/d at the time; heights in d",
-        ["crystal", "sweep", "alpha", "center_of_mass", "crystalline_layers", "height_of_uppermost"],
+        "crystal, sweep, alpha, center_of_mass, crystalline_layers, height_of_uppermost",
         histories,
     )?;
     let mut rows = Vec::new();
     for (index, crystal) in results.crystals.iter().enumerate() {
         for point in crystal.structure.points()? {
             let [cubic, hexagonal, neither] = shares(&point);
-            rows.push([
-                index as f64,
-                point.height,
-                cubic.mean,
-                cubic.standard_error,
-                hexagonal.mean,
-                hexagonal.standard_error,
-                neither.mean,
-                neither.standard_error,
-            ]);
+            rows.push(row![index as f64, point.height, cubic, hexagonal, neither,]);
         }
     }
-    write_csv(
-        &directory.join("crystal_structure.csv"),
+    report.table("crystal_structure",
         "crystal: number in the order of the table; heights in d, bins of 1 d; shares of the spheres there; errors are one standard error",
-        [
-            "crystal",
-            "height",
-            "face_centered_cubic",
-            "face_centered_cubic_error",
-            "hexagonal_close_packed",
-            "hexagonal_close_packed_error",
-            "neither",
-            "neither_error",
-        ],
+        "crystal, height, face_centered_cubic, face_centered_cubic_error, \
+         hexagonal_close_packed, hexagonal_close_packed_error, neither, neither_error",
         rows,
     )
 }
@@ -166,7 +142,7 @@ pub(crate) fn table(results: &Results) -> Result<Table, Failure> {
     row("spheres in a layer, mean", &|crystal| {
         let lateral = mean_lateral_density(&crystal.crystalline_layers()?);
         let area = crystal.base.0[0] * crystal.base.0[1];
-        Ok(Estimate::new(area * lateral.mean, area * lateral.standard_error).to_string())
+        Ok((area * lateral).to_string())
     })?;
     row("  of the lattice with a = 1.08 that fits best", &|crystal| {
         let fit = best_fit(crystal.base, REFERENCE_CONSTANT).ok_or("no lattice fits")?;
@@ -185,7 +161,7 @@ pub(crate) fn table(results: &Results) -> Result<Table, Failure> {
     row("  displacement half way", &|crystal| Ok(crystal.fronts()?.mobility.to_string()))?;
     row("  where P/T is that of coexistence", &|crystal| Ok(crystal.fronts()?.pressure.to_string()))?;
     row("  hydrostatics", &|crystal| Ok(format!("{:.2}", front_of(&theory(crystal)?))))?;
-    row("processor time / s", &|crystal| Ok(format!("{:.0}", crystal.busy.as_secs_f64())))?;
+    row("processor time / s", &|crystal| Ok(format!("{:.0}", crystal.busy)))?;
     Ok(table)
 }
 
@@ -220,9 +196,7 @@ fn composition(crystal: &Crystal) -> Result<[Estimate; 3], Failure> {
 pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Failure> {
     let crystal = results.shown()?;
     let fronts = crystal.fronts()?;
-    let difference = |first: Estimate, second: Estimate| {
-        Estimate::new(first.mean - second.mean, first.standard_error.hypot(second.standard_error))
-    };
+    let difference = |first: Estimate, second: Estimate| first.minus_independent(second);
     let off = difference(fronts.layers, fronts.bonds);
     verdicts.between("crystal", "front by layers minus front by bonds, in d", off, -1.5, 1.5);
     // Hydrostatics knows nothing of a crystal that is strained sideways; the weight that lies on the front does.
@@ -231,7 +205,7 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
     verdicts.between("crystal", claim, off, -1.5, 1.5);
     let [_, _, neither] = composition(crystal)?;
     let claim = "share of spheres between 2 d and front − 2 d with the surroundings of a crystal";
-    verdicts.at_least("crystal", claim, Estimate::new(1.0 - neither.mean, neither.standard_error), 0.8);
+    verdicts.at_least("crystal", claim, 1.0 - neither, 0.8);
     Ok(())
 }
 

@@ -8,11 +8,10 @@ use super::results::{Results, front_of, frozen_theory};
 use gradient_mc::hydrostatics::HydrostaticProfile;
 use gradient_mc::observers::Layer;
 use gradient_mc::statistics::Estimate;
-use paper::Failure;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
-use paper::output::write_csv;
+use paper::row;
 use paper::verdict::Verdicts;
-use std::path::Path;
+use paper::{Failure, Report};
 
 /// The layers that the paper takes the spacing over.
 pub(crate) const PAPERS_LAYERS: usize = 20;
@@ -47,7 +46,7 @@ fn column(crystal: &Crystal) -> Column {
     Column { rate: Protocol::CRYSTAL_RATE, base: crystal.base }
 }
 
-pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
+pub(crate) fn draw(results: &Results, report: &mut Report) -> Result<(), Failure> {
     let crystal = results.shown()?;
     let theory = frozen_theory(column(crystal))?;
     let layers = crystal.crystalline_layers()?;
@@ -83,10 +82,8 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
         "spacing of the layers",
         colors::INK,
         Mark::Points,
-        layers.windows(2).map(|pair| Point {
-            x: f64::midpoint(pair[0].position.mean, pair[1].position.mean),
-            y: pair[1].spacing.mean,
-            error: pair[1].spacing.standard_error,
+        layers.windows(2).map(|pair| {
+            Point::of(f64::midpoint(pair[0].position.mean, pair[1].position.mean), pair[1].spacing)
         }),
     )
     .line(
@@ -97,58 +94,44 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
     )
     .line("the paper, mean of the lowest 20", colors::BLUE, Mark::Dashed, [(0.5, 0.86), (17.3, 0.86)]);
     let title = format!("Figure 9: layers of the crystal   (T = 20, α = 0.1, base {})", crystal.base);
-    Figure::new(&title)
-        .with_size(1600, 900)
-        .panel(profile)
-        .panel(spacing)
-        .save(&directory.join("figure_09"))?;
-    write_csv(
-        &directory.join("figure_09.csv"),
-        "heights in d; densities in 1/d^3; errors are one standard error",
-        ["height", "number_density", "number_density_error", "number_density_theory"],
-        points.iter().map(|point| {
-            let Estimate { mean, standard_error, .. } = point.number_density;
-            [point.height, mean, standard_error, theory.number_density(point.height)]
-        }),
+    let figure = Figure::new(&title).with_size(1600, 900).panel(profile).panel(spacing);
+    report.picture(
+        "figure_09",
+        &figure,
+        "Figure 9: density over height at α = 0.1: layers of a crystal grown from the fluid",
     )?;
-    write_layers(results, directory)
+    report.table(
+        "figure_09",
+        "heights in d; densities in 1/d^3; errors are one standard error",
+        "height, number_density, number_density_error, number_density_theory",
+        points
+            .iter()
+            .map(|point| row![point.height, point.number_density, theory.number_density(point.height)]),
+    )?;
+    write_layers(results, report)
 }
 
 /// The layers of all crystals.
-fn write_layers(results: &Results, directory: &Path) -> Result<(), Failure> {
+fn write_layers(results: &Results, report: &mut Report) -> Result<(), Failure> {
     let mut rows = Vec::new();
     for (index, crystal) in results.crystals.iter().enumerate() {
         let theory = frozen_theory(column(crystal))?;
         for layer in crystal.layers()? {
-            rows.push([
+            rows.push(row![
                 index as f64,
-                layer.position.mean,
-                layer.position.standard_error,
-                layer.spacing.mean,
-                layer.spacing.standard_error,
+                layer.position,
+                layer.spacing,
                 layer.width.mean,
-                layer.lateral_density.mean,
-                layer.lateral_density.standard_error,
+                layer.lateral_density,
                 layer.visibility.mean,
                 theory_spacing(&theory, layer.position.mean),
             ]);
         }
     }
-    write_csv(
-        &directory.join("layers.csv"),
+    report.table("layers",
         "crystal: number in the order of the table; lengths in d, lateral density in 1/d^2; theory: spacing of a crystal that is not strained sideways",
-        [
-            "crystal",
-            "height",
-            "height_error",
-            "spacing_below",
-            "spacing_error",
-            "width",
-            "lateral_density",
-            "lateral_density_error",
-            "visibility",
-            "spacing_unstrained_theory",
-        ],
+        "crystal, height, height_error, spacing_below, spacing_error, width, lateral_density, \
+         lateral_density_error, visibility, spacing_unstrained_theory",
         rows,
     )
 }
@@ -156,7 +139,7 @@ fn write_layers(results: &Results, directory: &Path) -> Result<(), Failure> {
 pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Failure> {
     let crystal = results.shown()?;
     let layers = crystal.crystalline_layers()?;
-    let count = Estimate::new(layers.len() as f64, 0.0);
+    let count = Estimate::exact(layers.len() as f64);
     verdicts.at_least("9", "crystalline layers, the paper's figure has about 20 clear ones", count, 20.0);
     let spacing = mean_spacing(&layers);
     // The paper gives two digits.

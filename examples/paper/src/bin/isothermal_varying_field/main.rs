@@ -21,22 +21,18 @@ mod protocol;
 mod relaxation;
 mod results;
 
-use clap::Parser;
 use column::{Column, Run};
 use crystal::Crystal;
 use gradient_mc::moves::Moves;
-use paper::captions::write_captions;
-use paper::interrupt::Interrupt;
-use paper::progress::{Progress, in_words};
-use paper::verdict::Verdicts;
-use paper::{Ending, Failure, conclude, output, replicas, warnings};
+use paper::progress::in_words;
+use paper::{Ending, Failure, Report, Session, Watch, study, warnings};
 use protocol::{Arguments, Base, Part, Protocol};
 use results::{Fluid, Results};
 use std::process::ExitCode;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 fn main() -> ExitCode {
-    conclude(run(&Arguments::parse()))
+    study::main("isothermal_varying_field", run)
 }
 
 /// Something for one thread.
@@ -54,7 +50,7 @@ enum Outcome {
     SteadyState(f64, Run),
 }
 
-/// All tasks, the longest first.
+/// All tasks.
 fn tasks(protocol: &Protocol, part: Part) -> Vec<Task> {
     let mut tasks = Vec::new();
     for (base, index) in protocol.crystal_bases.iter().filter(|_| part.crystals()).zip(0..) {
@@ -78,23 +74,18 @@ fn tasks(protocol: &Protocol, part: Part) -> Vec<Task> {
     tasks
 }
 
-fn perform(
-    task: Task,
-    protocol: &Protocol,
-    interrupt: &Interrupt,
-    progress: &Progress,
-) -> Result<Outcome, Failure> {
+fn perform(task: Task, protocol: &Protocol, watch: &Watch<'_>) -> Result<Outcome, Failure> {
     match task {
         Task::Crystal(base, seed) => {
-            Ok(Outcome::Crystal(Box::new(crystal::grow(base, protocol, seed, interrupt, progress)?)))
+            Ok(Outcome::Crystal(Box::new(crystal::grow(base, protocol, seed, watch)?)))
         }
         Task::Relaxation(column, seed) => {
             let stage = protocol.relaxation(column.rate, &column.base.slab()?)?;
-            Ok(Outcome::Relaxation(column.rate, column.settle(&stage, seed, interrupt, progress)?))
+            Ok(Outcome::Relaxation(column.rate, column.settle(&stage, seed, watch)?))
         }
         Task::SteadyState(column, seed) => {
-            let stage = Protocol::steady_state(column.rate);
-            Ok(Outcome::SteadyState(column.rate, column.settle(&stage, seed, interrupt, progress)?))
+            let stage = protocol.steady_state(column.rate);
+            Ok(Outcome::SteadyState(column.rate, column.settle(&stage, seed, watch)?))
         }
     }
 }
@@ -104,56 +95,50 @@ fn size(task: Task, protocol: &Protocol) -> Result<u64, Failure> {
     Ok(match task {
         Task::Crystal(..) => crystal::sweeps(protocol),
         Task::Relaxation(column, _) => protocol.relaxation(column.rate, &column.base.slab()?)?.sweeps(),
-        Task::SteadyState(column, _) => Protocol::steady_state(column.rate).sweeps(),
+        Task::SteadyState(column, _) => protocol.steady_state(column.rate).sweeps(),
     })
 }
 
-fn run(arguments: &Arguments) -> Result<Ending, Failure> {
-    let protocol = Protocol::new(arguments)?;
-    let directory = arguments.shared.directory("isothermal_varying_field");
-    output::create_directory(&directory)?;
-    let interrupt = Interrupt::listen()?;
-    announce(&protocol, arguments);
+fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
+    let protocol = Protocol::new(arguments, session)?;
+    announce(&protocol, arguments, session.seed);
 
     let started = Instant::now();
-    let tasks = tasks(&protocol, arguments.part);
-    let total = tasks.iter().map(|&task| size(task, &protocol)).sum::<Result<u64, Failure>>()?;
-    let progress = Progress::new(total, "columns and crystals");
-    let done = replicas::in_parallel(arguments.shared.threads, tasks, |task| {
-        perform(task, &protocol, &interrupt, &progress)
-    });
-    progress.finish();
-    if interrupt.pressed() {
-        println!("interrupted: figures need complete runs, nothing is written");
-        return Ok(Ending::Interrupted);
-    }
-    let results = collect(done?, &protocol)?;
-    let mut verdicts = Verdicts::new();
+    let tasks: Vec<(Task, u64)> = tasks(&protocol, arguments.part)
+        .into_iter()
+        .map(|task| Ok((task, size(task, &protocol)?)))
+        .collect::<Result<_, Failure>>()?;
+    let done = session.run_all(
+        "columns and crystals",
+        tasks,
+        |&(_, size)| size,
+        |(task, _), watch| perform(task, &protocol, watch),
+    )?;
+    let results = collect(done, &protocol)?;
+    let mut report = Report::new(session);
     if arguments.part.fluids() {
-        relaxation::draw(&results, &directory)?;
-        relaxation::judge(&results, &mut verdicts);
-        density::draw(&results, &directory)?;
-        density::judge(&results, &mut verdicts)?;
+        relaxation::draw(&results, &mut report)?;
+        relaxation::judge(&results, &mut report.verdicts);
+        density::draw(&results, &mut report)?;
+        density::judge(&results, &mut report.verdicts)?;
     }
     if arguments.part.crystals() {
-        layers::draw(&results, &directory)?;
-        layers::judge(&results, &mut verdicts)?;
-        positions::draw(&results, &directory)?;
-        positions::judge(&results, &mut verdicts)?;
-        correlations::draw(&results, &directory)?;
-        correlations::judge(&results, &mut verdicts)?;
+        layers::draw(&results, &mut report)?;
+        layers::judge(&results, &mut report.verdicts)?;
+        positions::draw(&results, &mut report)?;
+        positions::judge(&results, &mut report.verdicts)?;
+        correlations::draw(&results, &mut report)?;
+        correlations::judge(&results, &mut report.verdicts)?;
     }
-    mobility::draw(&results, &directory)?;
-    mobility::judge(&results, &mut verdicts)?;
-    equation::draw(&results, &directory)?;
-    equation::judge(&results, &mut verdicts)?;
+    mobility::draw(&results, &mut report)?;
+    mobility::judge(&results, &mut report.verdicts)?;
+    equation::draw(&results, &mut report)?;
+    equation::judge(&results, &mut report.verdicts)?;
     if arguments.part.crystals() {
-        growth::draw(&results, &directory)?;
-        growth::judge(&results, &mut verdicts)?;
+        growth::draw(&results, &mut report)?;
+        growth::judge(&results, &mut report.verdicts)?;
         println!("\n{}", growth::table(&results)?);
     }
-    verdicts.write_csv(&directory)?;
-    write_captions(&directory, captions(arguments.part))?;
     for fluid in &results.fluids {
         println!("{}: {}", fluid.label(), describe(fluid));
     }
@@ -165,67 +150,18 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         println!("crystals:");
         warnings::print(results.crystals.iter().map(|crystal| &crystal.warnings[..]));
     }
-    println!("\n{verdicts}");
-    println!(
-        "{}; processor time {:.0} s; written to {}",
-        in_words(started.elapsed()),
-        busy(&results).as_secs_f64(),
-        directory.display()
-    );
-    Ok(verdicts.ending())
-}
-
-/// What the pictures show.
-fn captions(part: Part) -> Vec<(&'static str, String)> {
-    let fluids = [
-        (
-            "figure_07.png",
-            "Figure 7: the center of mass falls from the uniform start, by the paper's moves and by ours; inset: where it comes to rest, \
-             against α, with hydrostatics between walls",
-        ),
-        (
-            "figure_08.png",
-            "Figure 8: density over height with theory, and on a logarithmic scale with the ideal gas",
-        ),
-    ];
-    let crystals = [
-        (
-            "figure_09.png",
-            "Figure 9: density over height at α = 0.1: layers of a crystal grown from the fluid",
-        ),
-        (
-            "figure_10.png",
-            "Figure 10: where spheres are at α = 0.1: a slice of the column, and the two lowest layers from above",
-        ),
-        (
-            "figure_11.png",
-            "Figure 11: lateral distribution of distances in the lowest layer, and of angles between neighbors",
-        ),
-        (
-            "crystal.png",
-            "The crystal at α = 0.1: its growth, and the shares of face-centered, hexagonal and fluid spheres over height",
-        ),
-    ];
-    let both = [
-        ("figure_12.png", "Figure 12: mean accepted displacement over height"),
-        ("figure_13.png", "Figure 13: pressure over temperature against packing fraction"),
-    ];
-    let mut captions = Vec::new();
-    captions.extend(fluids.into_iter().filter(|_| part.fluids()));
-    captions.extend(crystals.into_iter().filter(|_| part.crystals()));
-    captions.extend(both);
-    captions.sort_unstable();
-    captions.into_iter().map(|(file, caption)| (file, caption.to_owned())).collect()
+    println!("{}; processor time {:.0} s", in_words(started.elapsed()), busy(&results));
+    report.finish()
 }
 
 /// Everything that the numbers depend on.
-fn announce(protocol: &Protocol, arguments: &Arguments) {
+fn announce(protocol: &Protocol, arguments: &Arguments, seed: u64) {
     println!(
         "T = {}, a = exp(αx), N/A = {}, box {} high, seed {}",
         Protocol::TEMPERATURE,
         Protocol::COLUMN_DENSITY,
         Protocol::HEIGHT,
-        arguments.shared.seed
+        seed
     );
     if arguments.part.fluids() {
         let (relaxation, base) = (protocol.relaxation_base, protocol.base);
@@ -233,11 +169,15 @@ fn announce(protocol: &Protocol, arguments: &Arguments) {
             "fluid, α = {:?}: relaxation by local moves, S = 0.75, base {relaxation} ({} spheres), {} sweeps",
             Protocol::FLUID_RATES,
             relaxation.particles(),
-            if protocol.paper { "500000 + 5 x 100000" } else { "100000" },
+            if protocol.paper {
+                "500000 + 5 x 100000".to_owned()
+            } else {
+                protocol.relaxation_sweeps.to_string()
+            },
         );
         if !protocol.paper {
             for rate in Protocol::FLUID_RATES {
-                let stage = Protocol::steady_state(rate);
+                let stage = protocol.steady_state(rate);
                 println!(
                     "  steady state, α = {rate}: {}, base {base} ({} spheres), {} replicas of {} + {} sweeps",
                     match stage.moves {
@@ -278,8 +218,8 @@ fn describe(fluid: &Fluid) -> String {
         fluid.plateau,
         fluid.theory.center_of_mass(),
         beginnings.collect::<Vec<String>>().join(", "),
-        fluid.relaxation.busy.as_secs_f64(),
-        fluid.runs.iter().map(|run| run.busy).sum::<Duration>().as_secs_f64()
+        fluid.relaxation.busy,
+        fluid.runs.iter().map(|run| run.busy).sum::<f64>()
     )
 }
 
@@ -302,17 +242,17 @@ fn collect(outcomes: Vec<Outcome>, protocol: &Protocol) -> Result<Results, Failu
             runs.push(relaxation.clone());
         }
         let column = Column { rate, base: protocol.base };
-        let equilibration = if protocol.paper { 500_000 } else { Protocol::steady_state(rate).equilibration };
+        let equilibration = if protocol.paper { 500_000 } else { protocol.steady_state(rate).equilibration };
         fluids.push(Fluid::new(column, relaxation, runs, equilibration, protocol.seed(900 + index))?);
     }
     Ok(Results { fluids, crystals, paper: protocol.paper })
 }
 
 /// Processor time of all runs.
-fn busy(results: &Results) -> Duration {
+fn busy(results: &Results) -> f64 {
     let crystals = results.crystals.iter().map(|crystal| crystal.busy);
     let relaxations = results.fluids.iter().map(|fluid| fluid.relaxation.busy);
     let steady = results.fluids.iter().flat_map(|fluid| &fluid.runs).map(|run| run.busy);
-    let steady: Duration = if results.paper { Duration::ZERO } else { steady.sum() };
-    crystals.sum::<Duration>() + relaxations.sum::<Duration>() + steady
+    let steady: f64 = if results.paper { 0.0 } else { steady.sum() };
+    crystals.sum::<f64>() + relaxations.sum::<f64>() + steady
 }

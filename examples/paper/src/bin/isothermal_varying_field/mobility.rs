@@ -4,11 +4,10 @@ use super::protocol::Protocol;
 use super::results::{Results, color_of};
 use gradient_mc::observers::{DisplacementPoint, DisplacementProfile};
 use gradient_mc::statistics::Estimate;
-use paper::Failure;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
-use paper::output::write_csv;
+use paper::row;
 use paper::verdict::Verdicts;
-use std::path::Path;
+use paper::{Failure, Report};
 
 /// Every column with its α.
 fn columns(results: &Results) -> Vec<(f64, &DisplacementProfile)> {
@@ -17,7 +16,7 @@ fn columns(results: &Results) -> Vec<(f64, &DisplacementProfile)> {
     fluids.chain(crystal).collect()
 }
 
-pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
+pub(crate) fn draw(results: &Results, report: &mut Report) -> Result<(), Failure> {
     let panel = |left: f64, axis: Axis, title: &str| {
         Panel::new(
             Place { left, top: 0.08, width: 0.5, height: 0.92 },
@@ -46,28 +45,23 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
             points
                 .iter()
                 .filter(move |point| value(point).mean.is_finite())
-                .map(move |point| Point {
-                    x: point.height,
-                    y: value(point).mean,
-                    error: value(point).standard_error,
-                })
+                .map(move |point| Point::of(point.height, value(point)))
                 .collect::<Vec<Point>>()
         };
         let label = format!("α = {rate}, S = {}", Protocol::maximum_displacement(*rate));
         lengths = lengths.points(&label, color, Mark::Points, series(|point| point.mean_displacement));
         paths = paths.points("", color, Mark::Points, series(|point| point.path_per_sweep));
-        rows.extend(points.iter().map(|point| {
-            [
-                *rate,
-                point.height,
-                point.mean_displacement.mean,
-                point.mean_displacement.standard_error,
-                point.path_per_sweep.mean,
-                point.path_per_sweep.standard_error,
-                point.accepted_per_sweep.mean,
-                point.accepted_per_sweep.standard_error,
-            ]
-        }));
+        rows.extend(
+            points.iter().map(|point| {
+                row![
+                    *rate,
+                    point.height,
+                    point.mean_displacement,
+                    point.path_per_sweep,
+                    point.accepted_per_sweep,
+                ]
+            }),
+        );
     }
     if let Some(crystal) = results.crystals.first() {
         let height = crystal.fronts()?.bonds.mean;
@@ -79,23 +73,16 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
             colors::GRAY,
         );
     }
-    Figure::new("Figure 12: mobility   (T = 20, a = exp(αx), the paper's moves in the steady state)")
-        .panel(lengths)
-        .panel(paths)
-        .save(&directory.join("figure_12"))?;
-    write_csv(
-        &directory.join("figure_12.csv"),
+    let figure =
+        Figure::new("Figure 12: mobility   (T = 20, a = exp(αx), the paper's moves in the steady state)")
+            .panel(lengths)
+            .panel(paths);
+    report.picture("figure_12", &figure, "Figure 12: mean accepted displacement over height")?;
+    report.table(
+        "figure_12",
         "alpha in 1/d; lengths in d; accepted moves per sphere and sweep; errors are one standard error",
-        [
-            "alpha",
-            "height",
-            "mean_displacement",
-            "mean_displacement_error",
-            "path_per_sweep",
-            "path_per_sweep_error",
-            "accepted_per_sweep",
-            "accepted_per_sweep_error",
-        ],
+        "alpha, height, mean_displacement, mean_displacement_error, path_per_sweep, \
+         path_per_sweep_error, accepted_per_sweep, accepted_per_sweep_error",
         rows,
     )
 }

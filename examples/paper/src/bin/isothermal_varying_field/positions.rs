@@ -3,11 +3,9 @@
 use super::crystal::{Crystal, TOP};
 use super::results::Results;
 use gradient_mc::statistics::Estimate;
-use paper::Failure;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
-use paper::output::write_csv;
 use paper::verdict::Verdicts;
-use std::path::Path;
+use paper::{Failure, Report};
 
 /// Width of the view from the side, in diameters.
 const WIDTH: f64 = 16.0;
@@ -42,7 +40,7 @@ fn nearest(place: [f64; 2], others: &[[f64; 2]], sides: [f64; 2]) -> f64 {
     others.iter().map(squared).fold(f64::INFINITY, f64::min).sqrt()
 }
 
-pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
+pub(crate) fn draw(results: &Results, report: &mut Report) -> Result<(), Failure> {
     let crystal = results.shown()?;
     let sides = crystal.base.0;
     // As many periodic images as make the picture wide.
@@ -92,16 +90,12 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
             .points("lowest", colors::INK, Mark::Rings, from_above(0))
             .points("third", colors::BLUE, Mark::Points, from_above(2));
     let title = format!("Figure 10: positions of the spheres   (T = 20, α = 0.1, base {})", crystal.base);
-    Figure::new(&title)
-        .with_size(1600, 1100)
-        .panel(side)
-        .panel(two)
-        .panel(three)
-        .save(&directory.join("figure_10"))?;
-    write_csv(
-        &directory.join("figure_10.csv"),
+    let figure = Figure::new(&title).with_size(1600, 1100).panel(side).panel(two).panel(three);
+    report.picture("figure_10", &figure, "Figure 10: where spheres are at α = 0.1: a slice of the column, and the two lowest layers from above")?;
+    report.table(
+        "figure_10",
         "centers of all spheres at the end of the run, in d; x is the height",
-        ["x", "y", "z"],
+        "x, y, z",
         crystal.positions.iter().map(|position| [position.x, position.y, position.z]),
     )
 }
@@ -117,7 +111,7 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
     verdicts.between(
         "10",
         "lateral distance of the second layer's spheres from the lowest's, over that of a hollow (on top: 0)",
-        Estimate::new(mean / (constant / 3.0_f64.sqrt()), 0.0),
+        Estimate::exact(mean / (constant / 3.0_f64.sqrt())),
         0.85,
         1.1,
     );

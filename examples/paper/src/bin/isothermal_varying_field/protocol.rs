@@ -1,20 +1,16 @@
 //! How long, how wide and by which moves: the command line, made definite.
 
-use clap::{Parser, ValueEnum};
+use clap::ValueEnum;
 use gradient_mc::Slab;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
-use paper::Failure;
-use paper::arguments::SharedArguments;
+use paper::study::count;
+use paper::{Failure, Session};
 use std::fmt;
 use std::str::FromStr;
 
 /// Figures 7 to 13 of doi:10.1103/PhysRevE.83.061306: T = 20 in a field exp(αx), with the crystal at α = 0.1.
-#[derive(Parser, Debug)]
-#[command(name = "isothermal_varying_field")]
+#[derive(clap::Args, Debug)]
 pub(crate) struct Arguments {
-    #[command(flatten)]
-    pub(crate) shared: SharedArguments,
-
     /// What is simulated
     #[arg(long, value_enum, default_value_t = Part::All)]
     pub(crate) part: Part,
@@ -132,9 +128,7 @@ impl Base {
 
     /// Spheres that make the paper's column on this base.
     pub(crate) fn particles(self) -> usize {
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let particles = (Protocol::COLUMN_DENSITY * self.0[0] * self.0[1]).round() as usize;
-        particles
+        count(Protocol::COLUMN_DENSITY * self.0[0] * self.0[1])
     }
 }
 
@@ -169,7 +163,10 @@ pub(crate) struct Protocol {
     pub(crate) crystals: u64,
     pub(crate) growth: Growth,
     pub(crate) growth_sweeps: u64,
-    seed: u64,
+    /// Of the relaxation by the paper's moves, without --paper.
+    pub(crate) relaxation_sweeps: u64,
+    short: bool,
+    first_seed: u64,
 }
 
 impl Protocol {
@@ -184,18 +181,22 @@ impl Protocol {
     /// α of the column that freezes.
     pub(crate) const CRYSTAL_RATE: f64 = 0.1;
 
-    pub(crate) fn new(arguments: &Arguments) -> Result<Self, Failure> {
+    pub(crate) fn new(arguments: &Arguments, session: &Session) -> Result<Self, Failure> {
         let paper = arguments.paper;
-        let usual_width = if paper { 25.0 } else { 8.0 };
+        let usual_width = if paper { 25.0 } else { session.choose(8.0, 4.0) };
         let width = arguments.width.unwrap_or(usual_width);
         let growth = arguments.growth.unwrap_or(if paper { Growth::Settling } else { Growth::Rising });
         let usual_growth = match growth {
-            Growth::Settling => 500_000,
-            Growth::Chains | Growth::Rising => 15_000,
+            Growth::Settling => session.choose(500_000, 10_000),
+            Growth::Chains | Growth::Rising => session.choose(15_000, 1500),
         };
         let mut crystal_bases = arguments.base.clone();
         if crystal_bases.is_empty() {
-            crystal_bases.push(Base(if paper { [25.0, 25.0] } else { [8.64, 9.353] }));
+            crystal_bases.push(Base(if paper {
+                [25.0, 25.0]
+            } else {
+                session.choose([8.64, 9.353], [4.32, 4.677])
+            }));
         }
         if arguments.crystals == 0 {
             return Err("--crystals must be at least 1".into());
@@ -209,7 +210,9 @@ impl Protocol {
             crystals: arguments.crystals,
             growth,
             growth_sweeps: arguments.growth_sweeps.unwrap_or(usual_growth),
-            seed: arguments.shared.seed,
+            relaxation_sweeps: session.choose(100_000, 2000),
+            short: session.short,
+            first_seed: session.seed(0),
         })
     }
 
@@ -229,19 +232,24 @@ impl Protocol {
         Ok(if self.paper {
             Stage { moves, equilibration: 500_000, intervals: vec![100_000; 5], interval: 20 }
         } else {
-            Stage { moves, equilibration: 100_000, intervals: Vec::new(), interval: 100 }
+            Stage { moves, equilibration: self.relaxation_sweeps, intervals: Vec::new(), interval: 100 }
         })
     }
 
     /// The same by ours: jumps where there is room for them, event chains where the base is dense.
-    pub(crate) fn steady_state(rate: f64) -> Stage {
+    pub(crate) fn steady_state(&self, rate: f64) -> Stage {
         const DENSE: f64 = 0.03;
         if rate < DENSE {
             let moves = LocalMoves::tuned().into();
-            return Stage { moves, equilibration: 4000, intervals: vec![20_000], interval: 20 };
+            return self.stage(moves, [4000, 20_000], 20);
         }
         let moves = EventChains::default().local_moves(Some(LocalMoves::tuned())).into();
-        Stage { moves, equilibration: 1500, intervals: vec![4500], interval: 5 }
+        self.stage(moves, [1500, 4500], 5)
+    }
+
+    fn stage(&self, moves: Moves, sweeps: [u64; 2], interval: u64) -> Stage {
+        let [equilibration, measured] = sweeps.map(|sweeps| if self.short { sweeps / 5 } else { sweeps });
+        Stage { moves, equilibration, intervals: vec![measured], interval }
     }
 
     /// Moves by which a dense crystal grows and is measured: chains of a few diameters, as many sideways as upwards.
@@ -253,7 +261,6 @@ impl Protocol {
 
     /// Seed of a run: the same for any number of threads.
     pub(crate) fn seed(&self, run: u64) -> u64 {
-        // The generator scrambles its seed, so neighbors are as good as any.
-        self.seed.wrapping_mul(1_000_003).wrapping_add(run)
+        self.first_seed.wrapping_add(run)
     }
 }

@@ -5,14 +5,13 @@ use super::protocol::Protocol;
 use super::results::{COLORS, Fluid, Results, frozen_theory};
 use gradient_mc::observers::CenterOfMass;
 use gradient_mc::statistics::Estimate;
-use paper::Failure;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use paper::groups::largest;
-use paper::output::write_csv;
+use paper::row;
 use paper::verdict::Verdicts;
-use std::path::Path;
+use paper::{Failure, Report};
 
-pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
+pub(crate) fn draw(results: &Results, report: &mut Report) -> Result<(), Failure> {
     let last = results.fluids.iter().filter_map(|fluid| fluid.relaxation.center_of_mass.sweeps().last());
     let end = last.copied().max().unwrap_or(1) as f64;
     let mut falling = Panel::new(
@@ -38,8 +37,10 @@ pub(crate) fn draw(results: &Results, directory: &Path) -> Result<(), Failure> {
         }
     }
     let figure = Figure::new("Figure 7: the column comes to rest   (T = 20, a = exp(αx), N/A = 40)");
-    figure.panel(falling).panel(inset(results)?).panel(both).save(&directory.join("figure_07"))?;
-    write(results, directory)
+    let figure = figure.panel(falling).panel(inset(results)?).panel(both);
+    report.picture("figure_07", &figure, "Figure 7: the center of mass falls from the uniform start, by the paper's moves and by ours; inset: where it comes to rest, \
+         against α, with hydrostatics between walls")?;
+    write(results, report)
 }
 
 /// Some of the series: each point as far behind the one before as a share of its own time.
@@ -77,10 +78,10 @@ fn inset(results: &Results) -> Result<Panel, Failure> {
 }
 
 fn point(x: f64, estimate: Estimate) -> Point {
-    Point { x, y: estimate.mean, error: estimate.standard_error }
+    Point::of(x, estimate)
 }
 
-fn write(results: &Results, directory: &Path) -> Result<(), Failure> {
+fn write(results: &Results, report: &mut Report) -> Result<(), Failure> {
     let mut rows = Vec::new();
     for fluid in &results.fluids {
         let rate = fluid.column.rate;
@@ -90,27 +91,23 @@ fn write(results: &Results, directory: &Path) -> Result<(), Failure> {
             rows.extend(thinned(&run.center_of_mass, 0.0).map(|(sweep, height)| [rate, ours, sweep, height]));
         }
     }
-    write_csv(
-        &directory.join("figure_07.csv"),
+    report.table(
+        "figure_07",
         "alpha in 1/d; moves: 0 local moves of the paper, 1 ours (one run after the other); heights in d",
-        ["alpha", "moves", "sweep", "center_of_mass"],
+        "alpha, moves, sweep, center_of_mass",
         rows,
     )?;
-    let plateau = |fluid: &Fluid| {
-        let Estimate { mean, standard_error, .. } = fluid.plateau;
-        [fluid.column.rate, mean, standard_error, fluid.theory.center_of_mass()]
-    };
-    let mut rows: Vec<[f64; 4]> = results.fluids.iter().map(plateau).collect();
+    let plateau = |fluid: &Fluid| row![fluid.column.rate, fluid.plateau, fluid.theory.center_of_mass()];
+    let mut rows: Vec<Vec<f64>> = results.fluids.iter().map(plateau).collect();
     for crystal in &results.crystals {
         let rate = Protocol::CRYSTAL_RATE;
         let theory = frozen_theory(Column { rate, base: crystal.base })?;
         let measured = crystal.center_of_mass.estimate()?;
-        rows.push([rate, measured.mean, measured.standard_error, theory.center_of_mass()]);
+        rows.push(row![rate, measured, theory.center_of_mass()]);
     }
-    write_csv(
-        &directory.join("figure_07_inset.csv"),
+    report.table("figure_07_inset",
         "alpha in 1/d; heights in d; theory: hydrostatics between walls, modified Kolafa fluid and Speedy crystal; errors are one standard error",
-        ["alpha", "center_of_mass", "center_of_mass_error", "center_of_mass_theory"],
+        "alpha, center_of_mass, center_of_mass_error, center_of_mass_theory",
         rows,
     )
 }
@@ -118,14 +115,14 @@ fn write(results: &Results, directory: &Path) -> Result<(), Failure> {
 pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) {
     for fluid in &results.fluids {
         let theory = fluid.theory.center_of_mass();
-        let off = Estimate::new(fluid.plateau.mean - theory, fluid.plateau.standard_error);
+        let off = fluid.plateau - theory;
         // The theory shifts the whole column by what the layers at the wall hold; between the layers and the curvature of the
         // field it is as good as some hundredths of a diameter.
         let claim = format!("{}: h_c at rest minus theory ({theory:.3}), in d", fluid.label());
         verdicts.between("7 inset", &claim, off, -0.1, 0.1);
         let largest = 0.05;
         let claim = format!("{}: error of h_c at rest, in d", fluid.label());
-        verdicts.at_most("7 inset", &claim, Estimate::new(fluid.plateau.standard_error, 0.0), largest);
+        verdicts.at_most("7 inset", &claim, Estimate::exact(fluid.plateau.standard_error), largest);
         let heights = fluid.relaxation.center_of_mass.heights();
         let end = &heights[heights.len() * 9 / 10..];
         let mean = end.iter().sum::<f64>() / end.len().max(1) as f64;
@@ -134,14 +131,14 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) {
         let left = 100.0 * (mean - fluid.plateau.mean) / (start - fluid.plateau.mean);
         let claim =
             format!("{}: what is left of the fall at the end of the paper's relaxation, in %", fluid.label());
-        verdicts.between("7", &claim, Estimate::new(left, 0.0), -1.0, 1.0);
+        verdicts.between("7", &claim, Estimate::exact(left), -1.0, 1.0);
     }
     let steps = results.fluids.windows(2).map(|pair| pair[1].plateau.mean - pair[0].plateau.mean);
     let largest = largest(steps);
     verdicts.at_most(
         "7 inset",
         "largest change of h_c from one α to the next, in d",
-        Estimate::new(largest, 0.0),
+        Estimate::exact(largest),
         -1.0,
     );
 }

@@ -62,7 +62,7 @@ fn density(outcome: &Outcome, verdicts: &mut Verdicts) {
     }
     let certified = f64::from(u8::from(outcome.certificate.is_converged()));
     let claim = format!("{label}: certificate (1: the field is that of the density it makes)");
-    verdicts.at_least("14a", &claim, Estimate::new(certified, 0.0), 1.0);
+    verdicts.at_least("14a", &claim, Estimate::exact(certified), 1.0);
 }
 
 fn dilute(outcome: &Outcome, verdicts: &mut Verdicts) {
@@ -92,14 +92,14 @@ fn mobility(outcomes: &[Outcome], verdicts: &mut Verdicts) {
     verdicts.at_most(
         "15",
         "largest difference of mean accepted displacements at the same packing fraction, relative: one fluid",
-        Estimate::new(mobility.largest_spread(), 0.0),
+        Estimate::exact(mobility.largest_spread()),
         0.03,
     );
     let densest = mobility.points.last().map_or(f64::NAN, |point| point.0);
     verdicts.at_most(
         "15",
         "largest packing fraction outside the layers, below freezing",
-        Estimate::new(densest, 0.0),
+        Estimate::exact(densest),
         FREEZING,
     );
 }
@@ -111,10 +111,10 @@ fn equation_of_state(outcome: &Outcome, verdicts: &mut Verdicts) {
     verdicts.at_most("16", &claim, largest, LINE);
     let errors = outcome.deviations.iter().map(|deviation| deviation.deviation_from(0.0).abs());
     let claim = format!("{label}: the largest of these in standard errors");
-    verdicts.at_most("16", &claim, Estimate::new(groups::largest(errors), 0.0), SIGMAS);
+    verdicts.at_most("16", &claim, Estimate::exact(groups::largest(errors)), SIGMAS);
     let errors = outcome.deviations.iter().map(|deviation| deviation.standard_error);
     let claim = format!("{label}: the largest standard error of these");
-    verdicts.at_most("16", &claim, Estimate::new(groups::largest(errors), 0.0), LARGEST_ERRORS[0]);
+    verdicts.at_most("16", &claim, Estimate::exact(groups::largest(errors)), LARGEST_ERRORS[0]);
 }
 
 /// All groups of all columns together. The groups of a column move together, so their errors are added up; columns are

@@ -4,7 +4,7 @@ use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::field::UniformField;
 use gradient_mc::temperature::ExponentialTemperature;
 use gradient_mc::{HydrostaticProfile, Hydrostatics, Scene, Slab};
-use paper::{Failure, groups};
+use paper::{Failure, groups, study::count};
 
 /// T at the base.
 pub(crate) const TEMPERATURE: f64 = 20.0;
@@ -50,9 +50,7 @@ impl Column {
     }
 
     pub(crate) fn scene(&self) -> Result<Scene<UniformField, ExponentialTemperature>, Failure> {
-        // Tens of thousands at most.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let particles = (COLUMN_DENSITY * self.slab.base_area()).round() as usize;
+        let particles = count(COLUMN_DENSITY * self.slab.base_area());
         let temperature = ExponentialTemperature::new(TEMPERATURE, self.decay_rate)?;
         Ok(Scene::new(self.slab, particles, UniformField::default(), temperature)?)
     }

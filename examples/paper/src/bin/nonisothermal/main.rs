@@ -17,36 +17,26 @@ mod report;
 mod rows;
 mod run;
 
-use clap::Parser;
 use column::{Column, DECAY_RATES};
 use outcome::Outcome;
-use paper::arguments::SharedArguments;
-use paper::interrupt::Interrupt;
-use paper::progress::Progress;
-use paper::{Ending, Failure, conclude, output, replicas};
-use run::{Measured, Method, Protocol, Run, Side};
+use paper::{Ending, Failure, Report, Session, Side, study};
+use run::{Measured, Method, Protocol, Run};
 use std::process::ExitCode;
 
 /// Draws Figures 14 to 16: temperature gradients.
-#[derive(Parser, Debug)]
-#[command(name = "nonisothermal")]
+#[derive(clap::Args, Debug)]
 struct Arguments {
-    #[command(flatten)]
-    shared: SharedArguments,
     /// The paper's protocol beside ours, over the paper's base: three hours on two cores
     #[arg(long)]
     paper: bool,
-    /// Divides all numbers of sweeps, to try the program out: the verdicts may fail then
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u64).range(1..))]
-    shorten: u64,
     /// Side of the base, in diameters [default: 9; with --paper: 25]
     #[arg(long)]
     width: Option<f64>,
 }
 
 impl Arguments {
-    fn protocol(&self) -> Protocol {
-        let sweeps = |sweeps: u64| (sweeps / self.shorten).max(400);
+    fn protocol(&self, session: &Session) -> Protocol {
+        let sweeps = |sweeps: u64| session.choose(sweeps, (sweeps / 30).max(400));
         if self.paper {
             Protocol {
                 width: self.width.unwrap_or(25.0),
@@ -70,40 +60,29 @@ impl Arguments {
 }
 
 fn main() -> ExitCode {
-    conclude(run(&Arguments::parse()))
+    study::main("nonisothermal", run)
 }
 
-fn run(arguments: &Arguments) -> Result<Ending, Failure> {
-    let directory = arguments.shared.directory("nonisothermal");
-    output::create_directory(&directory)?;
-    let interrupt = Interrupt::listen()?;
-    let protocol = arguments.protocol();
+fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
+    let protocol = arguments.protocol(session);
     let columns: Vec<Column> =
         DECAY_RATES.into_iter().map(|rate| Column::new(rate, protocol.width)).collect::<Result<_, _>>()?;
     let mut runs = Vec::new();
-    let base_seed = arguments.shared.seed.wrapping_mul(1_000_003);
-    // The longest first, so that the threads end together.
-    for (index, column) in columns.iter().enumerate().rev() {
-        let seed = base_seed.wrapping_add(1000 * index as u64);
+    for (index, column) in columns.iter().enumerate() {
+        let seed = session.seed(1000 * index as u64);
         if protocol.paper_sweeps.is_some() {
             let (method, side) = (Method::Papers, Side::Above);
             runs.push(Run { column, protocol, method, side, seed: seed.wrapping_add(500) });
         }
         for number in 0..protocol.replicas {
-            let side = if number.is_multiple_of(2) { Side::Above } else { Side::Below };
+            let side = Side::of(number);
             let seed = seed.wrapping_add(number);
             runs.push(Run { column, protocol, method: Method::Ours, side, seed });
         }
     }
-    let progress = Progress::new(runs.iter().map(Run::work).sum(), "temperature gradients");
     let keys: Vec<(Method, f64)> = runs.iter().map(|run| (run.method, run.column.decay_rate)).collect();
     let measured =
-        replicas::in_parallel(arguments.shared.threads, runs, |run| run.measure(&interrupt, &progress));
-    progress.finish();
-    let measured = match measured {
-        Err(_) if interrupt.pressed() => return Ok(Ending::Interrupted),
-        measured => measured?,
-    };
+        session.run_all("temperature gradients", runs, Run::work, |run, watch| run.measure(watch))?;
     let outcomes = |method: Method| -> Result<Vec<Outcome>, Failure> {
         let of_column = |column: &Column| {
             let wanted = keys.iter().zip(&measured).filter(|(key, _)| **key == (method, column.decay_rate));
@@ -114,10 +93,10 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     };
     let ours = outcomes(Method::Ours)?;
     let papers = if protocol.paper_sweeps.is_some() { outcomes(Method::Papers)? } else { Vec::new() };
-    report::write(&ours, &papers, &directory)?;
-    picture::draw(&ours, &papers, &directory)?;
-    report::captions(&protocol, &directory)?;
-    println!("{}", report::what_was_run(&protocol, arguments.shared.seed));
+    let mut report = Report::new(session);
+    report::write(&ours, &papers, &report)?;
+    picture::draw(&ours, &papers, &mut report)?;
+    println!("{}", report::what_was_run(&protocol, session.seed));
     println!("{}", report::table(&ours, &papers));
     for outcome in &ours {
         println!("{}: {}", outcome.column.label(), outcome.certificate);
@@ -132,9 +111,6 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
             }
         }
     }
-    let verdicts = checks::verdicts(&ours);
-    verdicts.write_csv(&directory)?;
-    println!("\n{verdicts}");
-    println!("written to {}", directory.display());
-    Ok(verdicts.ending())
+    report.verdicts = checks::verdicts(&ours);
+    report.finish()
 }

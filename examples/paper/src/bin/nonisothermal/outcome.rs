@@ -3,12 +3,13 @@
 use super::column::Column;
 use super::maximum::{self, Maximum};
 use super::rows::{self, Row, rows};
-use super::run::{BIN, Measured, Side};
+use super::run::{BIN, Measured};
+use gradient_mc::Merge;
 use gradient_mc::drive::Certificate;
-use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
+use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::observers::{BinState, CenterOfMass, DisplacementPoint};
 use gradient_mc::statistics::Estimate;
-use paper::{Failure, warnings};
+use paper::{Failure, Side, warnings};
 
 /// What the certificates tolerate.
 const TOLERANCE: f64 = 0.02;
@@ -68,8 +69,7 @@ impl Outcome {
             difference_of_sides: difference(runs)?,
             maximum: maximum::find(column, profile)?,
             densities,
-            deviations: profile
-                .deviations_over(&column.groups, |eta| ModifiedKolafa.compressibility_factor(eta))?,
+            deviations: profile.deviations_over(&column.groups, &ModifiedKolafa)?,
             dilute: [dilute[0], dilute[1]],
             certificate: all.balance.certificate(TOLERANCE)?,
             warnings: warnings::lines(runs.iter().map(|run| &run.warnings[..])),

@@ -6,10 +6,9 @@ use super::rows::Row;
 use gradient_mc::equation_of_state::{
     CarnahanStarling, EquationOfState, ModifiedKolafa, number_density, packing_fraction,
 };
-use paper::Failure;
 use paper::figure::RGBColor;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
-use std::path::Path;
+use paper::{Failure, Report};
 
 const COLORS: [RGBColor; 5] = [colors::INK, colors::BLUE, colors::GREEN, colors::VERMILION, colors::PURPLE];
 
@@ -17,11 +16,30 @@ const ALL: Place = Place { left: 0.0, top: 0.07, width: 1.0, height: 0.93 };
 const LEFT: Place = Place { left: 0.0, top: 0.07, width: 0.5, height: 0.93 };
 const RIGHT: Place = Place { left: 0.5, top: 0.07, width: 0.5, height: 0.93 };
 
-pub(crate) fn draw(ours: &[Outcome], papers: &[Outcome], directory: &Path) -> Result<(), Failure> {
-    densities(ours, papers).save(&directory.join("figure_14a"))?;
-    dilute(ours).save(&directory.join("figure_14b"))?;
-    mobility(ours, papers).save(&directory.join("figure_15"))?;
-    equation_of_state(ours, papers).save(&directory.join("figure_16"))
+pub(crate) fn draw(ours: &[Outcome], papers: &[Outcome], report: &mut Report) -> Result<(), Failure> {
+    let paper = if papers.is_empty() {
+        ""
+    } else {
+        " Open circles: the paper's own protocol, whose field follows every configuration."
+    };
+    let caption = format!(
+        "Number density against height, T = 20 exp(−βx). Points: simulation; lines: local theory between \
+         walls. From β = 0.02 on the column is densest inside, where P = n/β.{paper}"
+    );
+    report.picture("figure_14a", &densities(ours, papers), &caption)?;
+    let caption = "The same on a logarithmic scale. Dashed: the ideal-gas law. What stands before it is set by the \
+                   chemical potential of the column (C), not by the density at the base, with which the law would be off by a \
+                   factor of more than a hundred.";
+    report.picture("figure_14b", &dilute(ours), caption)?;
+    let caption = "Mean accepted displacement of moves up to 0.75 d. Left against height, as in the paper: fluid \
+                   everywhere. Right against packing fraction: one curve, so no part of any column is frozen or glassy.";
+    report.picture("figure_15", &mobility(ours, papers), caption)?;
+    let caption = format!(
+        "P/T against packing fraction, without the layers at the base (x < 8): one curve for all β, that \
+         of the equation of state. Below: the difference from modified Kolafa, in per cent, in ranges of height \
+         that hold equally many spheres.{paper}"
+    );
+    report.picture("figure_16", &equation_of_state(ours, papers), &caption)
 }
 
 /// A curve of heights.
@@ -30,11 +48,7 @@ fn curve(highest: f64, value: impl Fn(f64) -> f64) -> Vec<(f64, f64)> {
 }
 
 fn density_points(rows: &[Row]) -> impl Iterator<Item = Point> {
-    rows.iter().map(|row| Point {
-        x: row.height(),
-        y: row.number_density.mean,
-        error: row.number_density.standard_error,
-    })
+    rows.iter().map(|row| Point::of(row.height(), row.number_density))
 }
 
 fn densities(ours: &[Outcome], papers: &[Outcome]) -> Figure {
@@ -115,18 +129,11 @@ fn mobility(ours: &[Outcome], papers: &[Outcome]) -> Figure {
                 .iter()
                 .filter(|point| column.theory.number_density(point.height) > 1e-3 && point.height < 140.0)
         };
-        let points = occupied().map(|point| Point {
-            x: point.height,
-            y: point.mean_displacement.mean,
-            error: point.mean_displacement.standard_error,
-        });
+        let points = occupied().map(|point| Point::of(point.height, point.mean_displacement));
         left = left.points(&column.label(), color, Mark::Dots, points);
         let points = occupied().filter(|point| (LOWEST..column.highest()).contains(&point.height));
-        let points = points.map(|point| Point {
-            x: column.theory.packing_fraction(point.height),
-            y: point.mean_displacement.mean,
-            error: point.mean_displacement.standard_error,
-        });
+        let points = points
+            .map(|point| Point::of(column.theory.packing_fraction(point.height), point.mean_displacement));
         right = right.points(&column.label(), color, Mark::Dots, points);
     }
     for (outcome, color) in papers.iter().zip(COLORS) {
@@ -135,11 +142,7 @@ fn mobility(ours: &[Outcome], papers: &[Outcome]) -> Figure {
             "",
             color,
             Mark::Rings,
-            points.map(|point| Point {
-                x: point.height,
-                y: point.mean_displacement.mean,
-                error: point.mean_displacement.standard_error,
-            }),
+            points.map(|point| Point::of(point.height, point.mean_displacement)),
         );
     }
     Figure::new("Figure 15: mean accepted displacement of moves up to 0.75 d").panel(left).panel(right)
@@ -147,11 +150,7 @@ fn mobility(ours: &[Outcome], papers: &[Outcome]) -> Figure {
 
 /// The points of figure 16.
 fn states(rows: &[Row]) -> impl Iterator<Item = Point> {
-    rows.iter().map(|row| Point {
-        x: row.packing_fraction().mean,
-        y: row.pressure_over_temperature.mean,
-        error: row.pressure_over_temperature.standard_error,
-    })
+    rows.iter().map(|row| Point::of(row.packing_fraction().mean, row.pressure_over_temperature))
 }
 
 fn equation_of_state(ours: &[Outcome], papers: &[Outcome]) -> Figure {

@@ -3,13 +3,11 @@
 use super::column::{Column, HEIGHT};
 use gradient_mc::drive::{EquationOfStateClosure, ForceBalance, Instantaneous, SelfConsistent};
 use gradient_mc::moves::{EventChains, LocalMoves};
-use gradient_mc::observers::{CenterOfMass, DisplacementProfile, EquationOfStateProfile};
+use gradient_mc::observers::{Bins, CenterOfMass, DisplacementProfile, EquationOfStateProfile};
 use gradient_mc::start::{ClosePacked, Positions, RandomInsertion};
-use gradient_mc::{Every, Simulation, Slab, Warning};
-use paper::Failure;
-use paper::interrupt::Interrupt;
-use paper::progress::Progress;
-use paper::replicas::in_chunks;
+use gradient_mc::{Every, Merge, Simulation, Slab, Warning};
+use paper::study::count;
+use paper::{Failure, Side, Watch};
 
 /// Largest displacement of the paper's moves along each axis.
 pub(crate) const MAXIMUM_DISPLACEMENT: f64 = 0.75;
@@ -48,13 +46,6 @@ pub(crate) enum Method {
     Ours,
     /// Small moves in a field that follows every configuration.
     Papers,
-}
-
-/// Where a run comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Side {
-    Above,
-    Below,
 }
 
 /// What a run measured.
@@ -96,14 +87,14 @@ impl Run<'_> {
         }
     }
 
-    pub(crate) fn measure(&self, interrupt: &Interrupt, progress: &Progress) -> Result<Measured, Failure> {
+    pub(crate) fn measure(&self, watch: &Watch<'_>) -> Result<Measured, Failure> {
         match self.method {
-            Method::Ours => self.ours(interrupt, progress),
-            Method::Papers => self.papers(interrupt, progress),
+            Method::Ours => self.ours(watch),
+            Method::Papers => self.papers(watch),
         }
     }
 
-    fn ours(&self, interrupt: &Interrupt, progress: &Progress) -> Result<Measured, Failure> {
+    fn ours(&self, watch: &Watch<'_>) -> Result<Measured, Failure> {
         let moves = EventChains::default().local_moves(Some(LocalMoves::tuned()));
         let builder = Simulation::builder(self.column.scene()?)
             .scheme(SelfConsistent::default())
@@ -114,11 +105,10 @@ impl Run<'_> {
             Side::Below => builder.start(ClosePacked).build()?,
         };
         let [equilibration, sweeps] = self.protocol.sweeps_of(self.column.decay_rate);
-        in_chunks(equilibration, interrupt, progress, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
+        watch.sweeps(equilibration, 1, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
         // The dilute top forgets from sweep to sweep: to look often costs little and tells more.
         let mut observers = Every::new(2, (profile(&self.column.slab)?, CenterOfMass::new()));
-        let made = in_chunks(sweeps, interrupt, progress, |sweeps| simulation.run(sweeps, &mut observers))?;
-        require_all(made, sweeps)?;
+        watch.sweeps(sweeps, 1, |sweeps| simulation.run(sweeps, &mut observers))?;
         let balance = simulation.force_balance().ok_or("there is a field to be judged")?.clone();
         let warnings = simulation.warnings();
         // The paper's moves, from here on, for the mobility, in the theory's field, which is within a fifth of a per cent of
@@ -143,7 +133,7 @@ impl Run<'_> {
         })
     }
 
-    fn papers(&self, interrupt: &Interrupt, progress: &Progress) -> Result<Measured, Failure> {
+    fn papers(&self, watch: &Watch<'_>) -> Result<Measured, Failure> {
         let moves = LocalMoves::new(MAXIMUM_DISPLACEMENT, &self.column.slab)?;
         let mut simulation = Simulation::builder(self.column.scene()?)
             .scheme(Instantaneous::default())
@@ -152,11 +142,10 @@ impl Run<'_> {
             .seed(self.seed)
             .build()?;
         let sweeps = self.protocol.paper_sweeps.unwrap_or(0);
-        in_chunks(sweeps, interrupt, progress, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
+        watch.sweeps(sweeps, 1, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
         let slab = &self.column.slab;
         let mut observers = Every::new(10, (profile(slab)?, CenterOfMass::new(), mobility(slab)?));
-        let made = in_chunks(sweeps, interrupt, progress, |sweeps| simulation.run(sweeps, &mut observers))?;
-        require_all(made, sweeps)?;
+        watch.sweeps(sweeps, 1, |sweeps| simulation.run(sweeps, &mut observers))?;
         let balance = simulation.force_balance().ok_or("there is a field to be judged")?.clone();
         let (profile, center_of_mass, mobility) = observers.observer;
         let warnings = simulation.warnings();
@@ -164,19 +153,15 @@ impl Run<'_> {
     }
 }
 
-fn require_all(made: u64, asked: u64) -> Result<(), Failure> {
-    if made < asked { Err("interrupted before enough was measured".into()) } else { Ok(()) }
-}
-
 /// From the lowest center to the highest.
 fn profile(slab: &Slab) -> Result<EquationOfStateProfile, Failure> {
-    // Some 1600.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let bins = ((HEIGHT - 1.0) / BIN).round() as usize;
-    Ok(EquationOfStateProfile::with_range(slab, 0.5, HEIGHT - 0.5, bins)?)
+    Ok(EquationOfStateProfile::new(
+        slab,
+        Bins::count(count((HEIGHT - 1.0) / BIN)).from(0.5).to(HEIGHT - 0.5),
+    )?)
 }
 
 /// In bins of a diameter.
 fn mobility(slab: &Slab) -> Result<DisplacementProfile, Failure> {
-    Ok(DisplacementProfile::with_range(slab, 0.5, HEIGHT - 0.5, 399)?)
+    Ok(DisplacementProfile::new(slab, Bins::count(399).from(0.5).to(HEIGHT - 0.5))?)
 }

@@ -10,44 +10,32 @@
 //! small moves take 10⁵ sweeps and more to relax its column: `--full` makes them, and every other combination, each known to
 //! half a per cent; the default leaves them to the smaller column.
 
-// A summary is put together once; the clearer call is the better one.
-#![allow(clippy::format_push_string)]
-
 mod picture;
 mod prediction;
-mod redraw;
 mod run;
 mod scan;
 
-use clap::Parser;
 use gradient_mc::statistics::Estimate;
-use paper::arguments::SharedArguments;
-use paper::interrupt::Interrupt;
-use paper::progress::Progress;
-use paper::table::Table;
-use paper::{Ending, Failure, conclude, output, replicas};
+use paper::groups::largest;
+use paper::study::{self, count};
+use paper::table::{Table, percent};
+use paper::verdict::Verdicts;
+use paper::{Ending, Failure, Report, Session, Side};
 use prediction::{Prediction, part_outside};
-use run::{MEASURING_BINS, MovesChoice, Outcome, SchemeChoice, Setup, Side};
+use run::{MEASURING_BINS, MovesChoice, Outcome, SchemeChoice, Setup};
 use scan::Scan;
-use std::path::Path;
 use std::process::ExitCode;
 
 /// Settles where the paper's seven per cent at β = 0.05 come from.
-#[derive(Parser, Debug)]
-#[command(name = "seven_per_cent")]
+#[derive(clap::Args, Debug)]
 struct Arguments {
-    #[command(flatten)]
-    shared: SharedArguments,
     /// Every scheme, base and bin, from both sides, each to half a per cent; half an hour on two cores
     #[arg(long, visible_alias = "paper")]
     full: bool,
-    /// Only draw the picture again, from the CSV files in the directory
-    #[arg(long)]
-    redraw: bool,
 }
 
 fn main() -> ExitCode {
-    conclude(run(&Arguments::parse()))
+    study::main("seven_per_cent", run)
 }
 
 /// The base of the paper, and one of a quarter.
@@ -65,15 +53,14 @@ fn setup(scheme: SchemeChoice, moves: MovesChoice, area: f64, bin: f64, side: Si
         MovesChoice::Chains => (1000.0 + 4e5 / area, 1.1e6),
         MovesChoice::Local(_) => (30_000.0, 3.2e7),
     };
-    // Positive, and far below 2^53.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let sweeps = |number: f64| number.round() as u64;
+    let sweeps = |number: f64| count(number) as u64;
     Setup {
         scheme,
         area,
         acceptance_bin: bin,
         moves,
         side,
+        approach: [300, 15_000],
         equilibration: sweeps(relaxation),
         // Blocks must be long against the slowest mode, some 150 sweeps of chains, for error bars to be right.
         sweeps: sweeps((measurement / area).max(4000.0)),
@@ -82,25 +69,26 @@ fn setup(scheme: SchemeChoice, moves: MovesChoice, area: f64, bin: f64, side: Si
 }
 
 /// The runs of a few kinds, or of all.
-fn setups(full: bool, seed: u64) -> Vec<Setup> {
-    let seed = seed.wrapping_mul(1_000_003);
+fn setups(full: bool, session: &Session) -> Vec<Setup> {
     let mut setups = Vec::new();
     let mut add = |scheme, moves, area, bin, side, part: u64| {
-        let setup = setup(scheme, moves, area, bin, side, seed.wrapping_add(setups.len() as u64));
-        let (equilibration, sweeps) = (setup.equilibration / part.min(2), setup.sweeps / part);
-        setups.push(Setup { equilibration, sweeps, ..setup });
+        let setup = setup(scheme, moves, area, bin, side, session.seed(setups.len() as u64));
+        setups.push(if session.short {
+            Setup { area: setup.area / 4.0, approach: [20, 50], equilibration: 50, sweeps: 400, ..setup }
+        } else {
+            Setup { equilibration: setup.equilibration / part.min(2), sweeps: setup.sweeps / part, ..setup }
+        });
     };
     let (chains, local) = (MovesChoice::Chains, MovesChoice::Local(MAXIMUM_DISPLACEMENT));
-    let sides = [Side::Above, Side::Below];
     if !full {
         add(SchemeChoice::Instantaneous, chains, 156.25, 0.1, Side::Above, 2);
         add(SchemeChoice::Closure, chains, 156.25, 0.1, Side::Below, 2);
-        for side in sides {
+        for side in Side::BOTH {
             add(SchemeChoice::SelfConsistent, chains, 156.25, 0.1, side, 2);
         }
         return setups;
     }
-    for (area, side) in AREAS.into_iter().flat_map(|area| sides.map(|side| (area, side))) {
+    for (area, side) in AREAS.into_iter().flat_map(|area| Side::BOTH.map(|side| (area, side))) {
         for bin in BINS {
             add(SchemeChoice::Instantaneous, local, area, bin, side, 1);
             add(SchemeChoice::SelfConsistent, chains, area, bin, side, 1);
@@ -130,40 +118,22 @@ enum Done {
     Scan(Scan, Estimate),
 }
 
-fn run(arguments: &Arguments) -> Result<Ending, Failure> {
-    let directory = arguments.shared.directory("seven_per_cent");
-    let path = directory.join("seven_per_cent");
+fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     let prediction = Prediction::new(run::COLUMN)?;
-    if arguments.redraw {
-        picture::draw(&redraw::runs(&directory)?, &redraw::scans(&directory)?, &prediction, &path)?;
-        return Ok(Ending::Finished);
-    }
-    output::create_directory(&directory)?;
-    let interrupt = Interrupt::listen()?;
-    let setups = setups(arguments.full, arguments.shared.seed);
-    let scans = Scan::all(arguments.full, arguments.shared.seed);
-    let work = setups.iter().map(Setup::work).sum::<u64>() + scans.iter().map(Scan::work).sum::<u64>();
-    let progress = Progress::new(work, "seven per cent");
-    let mut tasks: Vec<Task> =
+    let setups = setups(arguments.full, session);
+    let scans = Scan::all(arguments.full, session);
+    let tasks: Vec<Task> =
         setups.into_iter().map(Task::Run).chain(scans.into_iter().map(Task::Scan)).collect();
-    // The longest first, so that the threads end together.
-    tasks.sort_by_key(|task| {
-        std::cmp::Reverse(match task {
-            Task::Run(setup) => setup.work(),
-            Task::Scan(scan) => scan.work(),
-        })
-    });
-    let done = replicas::in_parallel(arguments.shared.threads, tasks, |task| {
-        Ok(match task {
-            Task::Run(setup) => Done::Run(Box::new((setup, setup.run(&interrupt, &progress)?))),
-            Task::Scan(scan) => Done::Scan(scan, scan.run(&interrupt, &progress)?),
-        })
-    });
-    progress.finish();
-    let done = match done {
-        Err(_) if interrupt.pressed() => return Ok(Ending::Interrupted),
-        done => done?,
+    let work = |task: &Task| match task {
+        Task::Run(setup) => setup.work(),
+        Task::Scan(scan) => scan.work(),
     };
+    let done = session.run_all("seven per cent", tasks, work, |task, watch| {
+        Ok(match task {
+            Task::Run(setup) => Done::Run(Box::new((setup, setup.run(watch)?))),
+            Task::Scan(scan) => Done::Scan(scan, scan.run(watch)?),
+        })
+    })?;
     let (mut runs, mut scans) = (Vec::new(), Vec::new());
     for done in done {
         match done {
@@ -175,10 +145,11 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     scans.sort_by(|(a, _), (b, _)| {
         a.bin.total_cmp(&b.bin).then(a.maximum_displacement.total_cmp(&b.maximum_displacement))
     });
-    write(&runs, &prediction, &directory)?;
-    scan::write(&scans, &directory)?;
+    let mut report = Report::new(session);
+    write(&runs, &prediction, &report)?;
+    scan::write(&scans, &report)?;
     let drawn: Vec<Drawn> = runs.iter().map(|(setup, outcome)| (*setup, outcome.bands[0].clone())).collect();
-    picture::draw(&drawn, &scans, &prediction, &path)?;
+    picture::draw(&drawn, &scans, &prediction, &mut report)?;
     println!("{}", table(&runs, &prediction));
     println!("{}", scan::table(&scans)?);
     for (setup, outcome) in &runs {
@@ -186,15 +157,8 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
             println!("{setup}: warning: {warning}");
         }
     }
-    println!("written to {}", directory.display());
-    let holds = verdicts(&runs, &scans, &prediction)?;
-    println!("\n{}", holds.text);
-    Ok(if holds.all { Ending::Finished } else { Ending::ClaimFailed })
-}
-
-/// P/(nTZ) − 1 in per cent.
-fn percent(deviation: Estimate) -> String {
-    Estimate::new(100.0 * deviation.mean, 100.0 * deviation.standard_error).to_string()
+    report.verdicts = verdicts(&runs, &scans, &prediction)?;
+    report.finish()
 }
 
 /// Bands that the table shows: the middle of each, in diameters.
@@ -233,7 +197,7 @@ fn table(runs: &[Finished], prediction: &Prediction) -> Table {
     table
 }
 
-fn write(runs: &[Finished], prediction: &Prediction, directory: &Path) -> Result<(), Failure> {
+fn write(runs: &[Finished], prediction: &Prediction, report: &Report) -> Result<(), Failure> {
     let records = runs.iter().flat_map(|(setup, outcome)| {
         outcome.bands.iter().zip(MEASURING_BINS).flat_map(move |(bands, measuring_bin)| {
             bands.iter().map(move |band| {
@@ -258,45 +222,25 @@ fn write(runs: &[Finished], prediction: &Prediction, directory: &Path) -> Result
             })
         })
     });
-    output::write_csv(
-        &directory.join("seven_per_cent.csv"),
+    report.table(
+        "seven_per_cent",
         "lengths in d; scheme: 0 instantaneous, 1 running average, 2 averaged then frozen, 3 closure, 4 \
          self-consistent; side: 0 from above, 1 from below; maximum_displacement 0: event chains; \
          predicted: NaN where nothing is",
-        [
-            "scheme",
-            "side",
-            "area",
-            "acceptance_bin",
-            "measuring_bin",
-            "maximum_displacement",
-            "height",
-            "deviation",
-            "deviation_error",
-            "predicted",
-        ],
+        "scheme, side, area, acceptance_bin, measuring_bin, maximum_displacement, height, \
+         deviation, deviation_error, predicted",
         records,
     )
 }
 
-/// What the data say of each hypothesis.
-struct Verdicts {
-    text: String,
-    all: bool,
-}
-
-/// Compares every run with what is expected of it; each comparison can fail.
+/// Compares every run with what is expected of it; each comparison can fail. All numbers are P/(nTZ) − 1.
 fn verdicts(
     runs: &[Finished],
     scans: &[(Scan, Estimate)],
     prediction: &Prediction,
 ) -> Result<Verdicts, Failure> {
-    let mut verdicts = Verdicts { text: String::new(), all: true };
-    let mut judge = |claim: &str, holds: bool, numbers: String| {
-        let word = if holds { "holds" } else { "FAILS" };
-        verdicts.text.push_str(&format!("{word}: {claim}: {numbers}\n"));
-        verdicts.all &= holds;
-    };
+    const FIGURE: &str = "17c";
+    let mut verdicts = Verdicts::new();
     for (setup, outcome) in runs.iter().filter(|(setup, _)| setup.scheme == SchemeChoice::Instantaneous) {
         if let Some(part) = setup.part_outside() {
             let (mut measured, mut expected, mut squares) = (0.0, 0.0, 0.0);
@@ -308,59 +252,38 @@ fn verdicts(
             // Neighboring bands move together: allow for a fully shared error. The formula takes counts to be Poisson,
             // displacements uniform and the profile that of theory: a fifth of it is allowed for that.
             let error = (7.0 * squares).sqrt();
-            let numbers = format!(
-                "{:.1}({:.1}) %, predicted {:.1} %",
-                100.0 * measured,
-                100.0 * error,
-                100.0 * expected
-            );
+            let measured = Estimate::new(measured, error);
             if expected < 1.0 {
-                judge(
-                    &format!("counting noise explains {setup}"),
-                    (measured - expected).abs() < 4.0 * error + 0.2 * expected,
-                    numbers,
-                );
+                let reach = 4.0 * error + 0.2 * expected;
+                let claim = format!("counting noise ({expected:.3}) explains {setup}");
+                verdicts.between(FIGURE, &claim, measured, expected - reach, expected + reach);
             } else {
                 // Far from the profile that the formula takes it is no more than a warning.
-                judge(&format!("the column runs away in {setup}"), measured > 1.0, numbers);
+                verdicts.at_least(FIGURE, &format!("the column runs away in {setup}"), measured, 1.0);
             }
         }
-        let widest = outcome.bands[1][..7]
-            .iter()
-            .zip(&outcome.bands[0][..7])
-            .map(|(fine, coarse)| (fine.deviation.mean - coarse.deviation.mean).abs())
-            .fold(0.0, f64::max);
-        judge(
-            &format!("halving the measuring bins changes nothing in {setup}"),
-            widest < 0.005,
-            format!("at most {:.2} %", 100.0 * widest),
-        );
+        let pairs = outcome.bands[1][..7].iter().zip(&outcome.bands[0][..7]);
+        let widest = largest(pairs.map(|(fine, coarse)| (fine.deviation.mean - coarse.deviation.mean).abs()));
+        let claim = format!("halving the measuring bins changes nothing in {setup}");
+        verdicts.at_most(FIGURE, &claim, Estimate::exact(widest), 0.005);
     }
     // Where bins are hardly ever occupied, what an empty one counts as decides, and the formula is rough.
     for (scan, deviation) in scans.iter().filter(|(scan, _)| scan.bin >= Scan::NARROWEST_JUDGED) {
         let Scan { bin, maximum_displacement, .. } = scan;
         let expected = scan.predicted()?;
-        judge(
-            &format!("counting noise explains the small column, bins {bin}, S = {maximum_displacement}"),
-            (deviation.mean - expected).abs() < 4.0 * deviation.standard_error + 0.2 * expected.abs(),
-            format!("{} %, predicted {:.1} %", percent(*deviation), 100.0 * expected),
+        let reach = 4.0 * deviation.standard_error + 0.2 * expected.abs();
+        let claim = format!(
+            "counting noise ({expected:.3}) explains the small column, bins {bin}, S = {maximum_displacement}"
         );
+        verdicts.between(FIGURE, &claim, *deviation, expected - reach, expected + reach);
     }
     let frozen =
         |scheme: SchemeChoice| scheme == SchemeChoice::Closure || scheme == SchemeChoice::SelfConsistent;
     for (setup, outcome) in runs.iter().filter(|(setup, _)| frozen(setup.scheme)) {
-        let worst = outcome.bands[0].iter().map(|band| band.deviation).fold(
-            Estimate::new(0.0, 1.0),
-            |worst, deviation| {
-                let further = deviation.deviation_from(0.0).abs() > worst.deviation_from(0.0).abs();
-                if further { deviation } else { worst }
-            },
-        );
-        judge(
-            &format!("no bias in {setup}"),
-            worst.deviation_from(0.0).abs() < 4.0,
-            format!("the band farthest off by {} %", percent(worst)),
-        );
+        let off = |band: &run::Band| band.deviation.deviation_from(0.0).abs();
+        let farthest = largest(outcome.bands[0].iter().map(off));
+        let claim = format!("no bias in {setup}: the band farthest from zero, in standard errors");
+        verdicts.at_most(FIGURE, &claim, Estimate::exact(farthest), 4.0);
     }
     Ok(verdicts)
 }

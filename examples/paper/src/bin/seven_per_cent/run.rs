@@ -1,22 +1,19 @@
 //! One run of the column at T₀ = 20, β = 0.05: what P/(nTZ) − 1 it has at each height.
 
-use clap::ValueEnum;
 use gradient_mc::drive::{
     Adaptation, AveragedThenFrozen, Certificate, EquationOfStateClosure, Instantaneous, MappedDrive,
     RunningAverage, Scheme, SelfConsistent,
 };
-use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
+use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
-use gradient_mc::observers::{CenterOfMass, EquationOfStateProfile};
+use gradient_mc::observers::{Bins, CenterOfMass, EquationOfStateProfile};
 use gradient_mc::start::{ClosePacked, Positions, RandomInsertion, Start};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::ExponentialTemperature;
 use gradient_mc::{Every, Scene, Simulation, Slab, Warning};
-use paper::Failure;
-use paper::interrupt::Interrupt;
-use paper::progress::Progress;
-use paper::replicas::in_chunks;
+use paper::study::count;
+use paper::{Failure, Side, Watch};
 
 /// A column in a uniform field, T = T₀ e^{−βx}.
 #[derive(Debug, Clone, Copy)]
@@ -33,15 +30,11 @@ pub(crate) struct Column {
 pub(crate) const COLUMN: Column =
     Column { temperature: 20.0, decay_rate: 0.05, spheres_per_area: 40.0, height: 200.0 };
 
-/// Sweeps of chains that bring a column near its steady state, still on its side of it by some per cent.
-const APPROACH: u64 = 300;
-/// Sweeps of jumps that small moves start from.
-const APPROACH_BY_JUMPS: u64 = 15_000;
 /// What the certificates of the runs tolerate.
 const TOLERANCE: f64 = 0.01;
 
 /// How n(x) enters the effective field.
-#[derive(ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum SchemeChoice {
     Instantaneous,
     RunningAverage,
@@ -59,15 +52,6 @@ pub(crate) enum MovesChoice {
     Local(f64),
 }
 
-/// Where a run comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Side {
-    /// A dilute gas, far too high.
-    Above,
-    /// A crystal on the base, far too low.
-    Below,
-}
-
 /// One run.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Setup {
@@ -77,6 +61,9 @@ pub(crate) struct Setup {
     pub(crate) acceptance_bin: f64,
     pub(crate) moves: MovesChoice,
     pub(crate) side: Side,
+    /// Sweeps of chains that bring a column near its steady state, still on its side of it by some per cent; and of jumps that
+    /// small moves start from.
+    pub(crate) approach: [u64; 2],
     pub(crate) equilibration: u64,
     pub(crate) sweeps: u64,
     pub(crate) seed: u64,
@@ -126,51 +113,44 @@ impl Setup {
 
     /// Number of spheres.
     pub(crate) fn particles(&self) -> usize {
-        // A few thousand.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let particles = (COLUMN.spheres_per_area * self.area).round() as usize;
-        particles
+        count(COLUMN.spheres_per_area * self.area)
     }
 
-    /// Sphere sweeps that the run takes, for the progress bar.
+    /// Progress that a sweep is worth: six times as much for a sphere as in the small column.
+    fn work_of_sweep(&self) -> u64 {
+        6 * self.particles() as u64
+    }
+
+    /// Of the whole run.
     pub(crate) fn work(&self) -> u64 {
-        (self.equilibration + self.sweeps) * self.particles() as u64 / 1000
+        (self.equilibration + self.sweeps) * self.work_of_sweep()
     }
 
-    pub(crate) fn run(&self, interrupt: &Interrupt, progress: &Progress) -> Result<Outcome, Failure> {
+    pub(crate) fn run(&self, watch: &Watch<'_>) -> Result<Outcome, Failure> {
         match self.scheme {
-            SchemeChoice::Instantaneous => {
-                self.run_with(Instantaneous::new(self.acceptance_bin), interrupt, progress)
-            }
-            SchemeChoice::RunningAverage => {
-                self.run_with(RunningAverage::new(self.acceptance_bin), interrupt, progress)
-            }
+            SchemeChoice::Instantaneous => self.run_with(Instantaneous::new(self.acceptance_bin), watch),
+            SchemeChoice::RunningAverage => self.run_with(RunningAverage::new(self.acceptance_bin), watch),
             SchemeChoice::AveragedThenFrozen => {
-                self.run_with(AveragedThenFrozen::new(self.acceptance_bin), interrupt, progress)
+                self.run_with(AveragedThenFrozen::new(self.acceptance_bin), watch)
             }
             SchemeChoice::Closure => {
                 let scheme = EquationOfStateClosure::default().bin_width(self.acceptance_bin);
-                self.run_with(scheme, interrupt, progress)
+                self.run_with(scheme, watch)
             }
             SchemeChoice::SelfConsistent => {
                 let scheme = SelfConsistent::default().bin_width(self.acceptance_bin);
-                self.run_with(scheme, interrupt, progress)
+                self.run_with(scheme, watch)
             }
         }
     }
 
-    fn run_with<A: Adaptation, S>(
-        &self,
-        scheme: S,
-        interrupt: &Interrupt,
-        progress: &Progress,
-    ) -> Result<Outcome, Failure>
+    fn run_with<A: Adaptation, S>(&self, scheme: S, watch: &Watch<'_>) -> Result<Outcome, Failure>
     where
         S: Scheme<UniformField, ExponentialTemperature, Drive = MappedDrive<A>> + Copy,
     {
         match self.side {
-            Side::Above => self.run_from(scheme, RandomInsertion::new(0.25), interrupt, progress),
-            Side::Below => self.run_from(scheme, ClosePacked, interrupt, progress),
+            Side::Above => self.run_from(scheme, RandomInsertion::new(0.25), watch),
+            Side::Below => self.run_from(scheme, ClosePacked, watch),
         }
     }
 
@@ -178,8 +158,7 @@ impl Setup {
         &self,
         scheme: S,
         start: impl Start,
-        interrupt: &Interrupt,
-        progress: &Progress,
+        watch: &Watch<'_>,
     ) -> Result<Outcome, Failure>
     where
         S: Scheme<UniformField, ExponentialTemperature, Drive = MappedDrive<A>> + Copy,
@@ -191,42 +170,30 @@ impl Setup {
             MovesChoice::Chains => EventChains::default().into(),
             MovesChoice::Local(size) => LocalMoves::new(size, &slab)?.into(),
         };
-        let units = |sweeps: u64| (sweeps * self.particles() as u64) / 1000;
         // Far from the steady state only chains get on: they bring the column near it, in the theory's field.
         let builder = Simulation::builder(scene).scheme(EquationOfStateClosure::default());
         let mut near = builder.start(start).moves(EventChains::default()).seed(self.seed ^ 0x5eed).build()?;
-        near.equilibrate(APPROACH, &mut ())?;
+        near.equilibrate(self.approach[0], &mut ())?;
         let mut positions = near.positions();
         if let MovesChoice::Local(_) = self.moves {
             // Small moves take 100 000 sweeps to where jumps are after 10 000, in a field of the same kind.
             let builder = Simulation::builder(scene).scheme(scheme).moves(LocalMoves::tuned());
             let mut near = builder.start(Positions(positions)).seed(self.seed ^ 0xbed).build()?;
-            near.equilibrate(APPROACH_BY_JUMPS, &mut ())?;
+            near.equilibrate(self.approach[1], &mut ())?;
             positions = near.positions();
         }
         let builder = Simulation::builder(scene).scheme(scheme).moves(moves).seed(self.seed);
         let mut simulation = builder.start(Positions(positions)).build()?;
-        in_chunks(self.equilibration, interrupt, &Progress::hidden(), |sweeps| {
-            progress.advance(units(sweeps));
-            simulation.equilibrate(sweeps, &mut ())
-        })?;
+        let size = self.work_of_sweep();
+        watch.sweeps(self.equilibration, size, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
         // Well above what any sphere reaches.
         let top = 80.0;
-        let profile = |bin: f64| {
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-            let bins = (top / bin).round() as usize;
-            EquationOfStateProfile::with_range(&slab, 0.0, top, bins)
-        };
+        let profile =
+            |bin: f64| EquationOfStateProfile::new(&slab, Bins::count(count(top / bin)).from(0.0).to(top));
         let [first, second, third] = MEASURING_BINS;
         let profiles = (profile(first)?, profile(second)?, profile(third)?);
         let mut observers = Every::new(5, (profiles, CenterOfMass::new()));
-        let made = in_chunks(self.sweeps, interrupt, &Progress::hidden(), |sweeps| {
-            progress.advance(units(sweeps));
-            simulation.run(sweeps, &mut observers)
-        })?;
-        if made < self.sweeps {
-            return Err("interrupted".into());
-        }
+        watch.sweeps(self.sweeps, size, |sweeps| simulation.run(sweeps, &mut observers))?;
         let ((first, second, third), center_of_mass) = observers.observer;
         let certificate = simulation.certificate(TOLERANCE)?;
         let warnings = simulation.warnings();
@@ -241,7 +208,7 @@ impl Setup {
 
 /// Means over the bands of P over those of n T Z.
 fn bands(profile: &EquationOfStateProfile) -> Result<Vec<Band>, Failure> {
-    let deviations = profile.deviations_over(&BANDS, |eta| ModifiedKolafa.compressibility_factor(eta))?;
+    let deviations = profile.deviations_over(&BANDS, &ModifiedKolafa)?;
     let bands = BANDS.iter().zip(deviations);
     Ok(bands.map(|(&[low, high], deviation)| Band { height: f64::midpoint(low, high), deviation }).collect())
 }

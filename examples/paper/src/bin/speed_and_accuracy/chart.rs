@@ -5,11 +5,9 @@ use crate::method::{Method, Moves, Scheme, Start};
 use crate::point::{Point, Quantity};
 use crate::reference::Reference;
 use crate::system::System;
-use paper::Failure;
 use paper::figure::RGBColor;
 use paper::figure::{self, Axis, Corner, Figure, Mark, Panel, Place, colors};
 use paper::pareto;
-use std::path::Path;
 
 /// Ends of the axes: microseconds to minutes, and errors.
 const TIMES: [f64; 2] = [1e-6, 1e3];
@@ -125,7 +123,7 @@ fn quarter(column: usize, row: usize) -> Place {
 }
 
 /// All moves of a system: n above, P below; small base at the left, full base at the right.
-pub(crate) fn draw_system(data: Data<'_>, path: &Path) -> Result<(), Failure> {
+pub(crate) fn system(data: Data<'_>) -> Figure {
     let title = format!(
         "Error against CPU time, {}; full lines: theory start, dashed: uniform start",
         data.system.title()
@@ -149,11 +147,11 @@ pub(crate) fn draw_system(data: Data<'_>, path: &Path) -> Result<(), Failure> {
             figure = figure.panel(panel);
         }
     }
-    figure.save(path)
+    figure
 }
 
 /// The schemes for temperatures that vary, with tuned moves from the theory start.
-pub(crate) fn draw_schemes(data: Data<'_>, path: &Path) -> Result<(), Failure> {
+pub(crate) fn schemes(data: Data<'_>) -> Figure {
     let title =
         format!("Schemes for the effective field, {}; tuned local moves, theory start", data.system.title());
     let mut figure = Figure::new(&title).with_size(1600, 1400);
@@ -175,11 +173,11 @@ pub(crate) fn draw_schemes(data: Data<'_>, path: &Path) -> Result<(), Failure> {
             figure = figure.panel(panel);
         }
     }
-    figure.save(path)
+    figure
 }
 
 /// Claimed against true errors of all simulations.
-pub(crate) fn draw_claims(all: &[Data<'_>], path: &Path) -> Result<(), Failure> {
+pub(crate) fn claims(all: &[Data<'_>]) -> Figure {
     const RANGE: [f64; 2] = [1e-4, 1.0];
     let mut figure = Figure::new("Claimed and true errors of all simulations, one thread; above the dashed line the claim is too small by more than two")
         .with_size(1600, 1050);
@@ -229,7 +227,7 @@ pub(crate) fn draw_claims(all: &[Data<'_>], path: &Path) -> Result<(), Failure> 
             figure = figure.panel(panel);
         }
     }
-    figure.save(path)
+    figure
 }
 
 /// A panel of the contest for the equation of state.
@@ -262,12 +260,7 @@ fn contest_panel(contest: &Contest, task: Task, target: f64, place: Place) -> Pa
 }
 
 /// The chart: total variation distances of the three systems, and the contest.
-pub(crate) fn draw_overview(
-    all: &[Data<'_>],
-    contest: &Contest,
-    target: f64,
-    path: &Path,
-) -> Result<(), Failure> {
+pub(crate) fn overview(all: &[Data<'_>], contest: &Contest, target: f64) -> Figure {
     let mut figure = Figure::new("Speed against accuracy").with_size(1600, 1400);
     for (index, data) in all.iter().enumerate() {
         let title = format!("n(x), {}; full lines 25 x 25, dashed 5 x 5", data.system.title());
@@ -287,7 +280,7 @@ pub(crate) fn draw_overview(
         }
         figure = figure.panel(panel);
     }
-    figure.panel(contest_panel(contest, Task::NINE, target, quarter(1, 1))).save(path)
+    figure.panel(contest_panel(contest, Task::NINE, target, quarter(1, 1)))
 }
 
 impl Data<'_> {
@@ -309,10 +302,9 @@ impl Data<'_> {
 }
 
 /// What the gradient buys, for nine and for seventeen packing fractions.
-pub(crate) fn draw_contest(contest: &Contest, target: f64, path: &Path) -> Result<(), Failure> {
+pub(crate) fn contest(contest: &Contest, target: f64) -> Figure {
     let half = |left: f64| Place { left, top: 0.07, width: 0.5, height: 0.93 };
     Figure::new("The equation of state from one gradient run, and from homogeneous runs, from scratch")
         .panel(contest_panel(contest, Task::NINE, target, half(0.0)))
         .panel(contest_panel(contest, Task::SEVENTEEN, target, half(0.5)))
-        .save(path)
 }

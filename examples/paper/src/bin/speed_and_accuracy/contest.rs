@@ -2,12 +2,11 @@
 
 use crate::gradient::{Gradient, Yield};
 use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
-use gradient_mc::statistics::Estimate;
+use gradient_mc::statistics::{Estimate, mean_of_replicas};
 use paper::accuracy::root_mean_square;
 use paper::clock::cpu_seconds;
 use paper::homogeneous::{Homogeneous, Technique, finite_size};
-use paper::progress::Progress;
-use paper::{Failure, replicas};
+use paper::{Failure, Session};
 
 /// Packing fractions of the finest grid; coarser ones take every so many of them.
 const LOWEST: f64 = 0.05;
@@ -109,8 +108,7 @@ fn follow(technique: Technique, eta: f64, seed: u64, patience: f64) -> Result<Ve
         let measured = production.measure(sweeps)?;
         let measurement = cpu_seconds() - start;
         // Z of infinitely many spheres.
-        let factor =
-            Estimate::new(measured.mean + finite_size(production.particles(), eta), measured.standard_error);
+        let factor = measured + finite_size(production.particles(), eta);
         singles.push(Single { factor, seconds: [equilibration, measurement] });
         if 2.0 * (equilibration + measurement) > patience {
             return Ok(singles);
@@ -159,7 +157,7 @@ enum Outcome {
 impl Contest {
     /// Gradients are followed for `patience` CPU seconds, each homogeneous way, all packing fractions together, for a
     /// quarter of that.
-    pub(crate) fn run(seed: u64, threads: usize, patience: f64) -> Result<Self, Failure> {
+    pub(crate) fn run(session: &Session, patience: f64) -> Result<Self, Failure> {
         let mut jobs = Vec::new();
         for temperature in TEMPERATURES {
             jobs.extend((0..REPLICAS).map(|replica| Job::Gradient(temperature, replica)));
@@ -169,23 +167,18 @@ impl Contest {
                 jobs.extend((0..REPLICAS).map(|replica| Job::Homogeneous(technique, index, replica)));
             }
         }
-        let progress = Progress::new(jobs.len() as u64, "equation of state");
-        let seed = seed.wrapping_mul(1_000_003);
-        let outcomes = replicas::in_parallel(threads, jobs, |job| {
-            let outcome = match job {
+        let outcomes = session.run_each("equation of state", jobs, |job| {
+            Ok(match job {
                 Job::Gradient(temperature, replica) => {
-                    Outcome::Gradient(Gradient { temperature }.follow(seed.wrapping_add(replica), patience)?)
+                    Outcome::Gradient(Gradient { temperature }.follow(session.seed(replica), patience)?)
                 }
                 Job::Homogeneous(technique, index, replica) => {
-                    let seed = seed.wrapping_add(10_000 + 100 * index as u64 + replica);
+                    let seed = session.seed(10_000 + 100 * index as u64 + replica);
                     let patience = 0.25 * patience / FINEST as f64;
                     Outcome::Homogeneous(follow(technique, packing_fraction(index), seed, patience)?)
                 }
-            };
-            progress.advance(1);
-            Ok(outcome)
+            })
         })?;
-        progress.finish();
         let (mut yields, mut singles) = (Vec::new(), Vec::new());
         for outcome in outcomes {
             match outcome {
@@ -250,11 +243,9 @@ impl Contest {
         let of = |replicas: &[Vec<Yield>]| {
             let last = replicas.iter().filter_map(|yields| yields.last());
             let all: Vec<Vec<f64>> = last.map(|own| own.deviations(&grid, Task::NINE.spacing())).collect();
-            let count = all.len() as f64;
             let estimates = grid.iter().enumerate().map(|(index, &eta)| {
-                let mean = all.iter().map(|own| own[index]).sum::<f64>() / count;
-                let squares: f64 = all.iter().map(|own| (own[index] - mean) * (own[index] - mean)).sum();
-                (eta, Estimate::new(mean, (squares / (count * (count - 1.0))).sqrt()))
+                let deviations: Vec<f64> = all.iter().map(|own| own[index]).collect();
+                (eta, mean_of_replicas(&deviations).unwrap_or(Estimate::new(f64::NAN, f64::NAN)))
             });
             estimates.collect()
         };

@@ -3,7 +3,7 @@
 use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa, number_density};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves};
-use gradient_mc::observers::EquationOfStateProfile;
+use gradient_mc::observers::{Bins, EquationOfStateProfile};
 use gradient_mc::start::RandomInsertion;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Every, Hydrostatics, Scene, Simulation, Slab};
@@ -52,10 +52,7 @@ impl Gradient {
             Hydrostatics::new(field, temperature, ModifiedKolafa).column_density(self.column_density())?;
         // Room for a start that is too high, and for all but nothing of the top.
         let slab = Slab::new((1.5 * theory.height_of_fraction(0.9999)).ceil(), WIDTH, WIDTH)?;
-        // Some thousands.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let particles = (self.column_density() * slab.base_area()).round() as usize;
-        Ok(Scene::new(slab, particles, field, temperature)?)
+        Ok(Scene::with_column_density(slab, self.column_density(), field, temperature)?)
     }
 
     /// Number of spheres.
@@ -83,7 +80,8 @@ impl Gradient {
             equilibration += cpu_seconds() - start;
             let mut production = column.clone();
             let start = cpu_seconds();
-            let profile = EquationOfStateProfile::with_range(&slab, LOWEST, slab.height(), bins)?;
+            let profile =
+                EquationOfStateProfile::new(&slab, Bins::count(bins).from(LOWEST).to(slab.height()))?;
             let mut profile = Every::new((sweeps / 250).clamp(1, 5), profile);
             production.run(sweeps, &mut profile)?;
             let points = profile.observer.points()?;

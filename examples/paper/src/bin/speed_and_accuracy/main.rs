@@ -30,26 +30,19 @@ mod theory;
 mod verdict;
 
 use chart::Data;
-use clap::Parser;
 use contest::Contest;
 use method::Method;
-use paper::arguments::SharedArguments;
-use paper::progress::Progress;
-use paper::{Ending, Failure, conclude, output, replicas};
+use paper::{Ending, Failure, Report, Session, study};
 use point::Quantity;
 use reference::Reference;
 use series::{Checkpoint, Task};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 use system::System;
-use verdict::Verdict;
 
 /// Charts the error of every method against its time, and the gradient against homogeneous runs.
-#[derive(Parser, Debug)]
-#[command(name = "speed_and_accuracy")]
+#[derive(clap::Args, Debug)]
 struct Arguments {
-    #[command(flatten)]
-    shared: SharedArguments,
     /// Makes the reference runs anew first, and stores them with the example: five minutes more on two cores
     #[arg(long)]
     long: bool,
@@ -77,21 +70,20 @@ struct Arguments {
 }
 
 fn main() -> ExitCode {
-    conclude(run(&Arguments::parse()))
+    study::main("speed_and_accuracy", run)
 }
 
-fn run(arguments: &Arguments) -> Result<Ending, Failure> {
-    let directory = arguments.shared.directory("speed_and_accuracy");
-    output::create_directory(&directory)?;
+fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     if arguments.long {
-        reference::make(arguments.shared.seed, arguments.shared.threads, &reference::directory())?;
-        println!("references written to {}", reference::directory().display());
+        let stored = stored(session);
+        reference::make(session, &stored)?;
+        println!("references written to {}", stored.display());
         if arguments.only_reference {
             return Ok(Ending::Finished);
         }
     }
-    let followed = simulate(arguments)?;
-    let references = references(arguments)?;
+    let followed = simulate(arguments, session)?;
+    let references = references(arguments, session)?;
     let mut refusals = Vec::new();
     let mut points = Vec::new();
     // While nothing else runs: microseconds are easily disturbed.
@@ -102,23 +94,29 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
         }
         points.push(own);
     }
-    let contest = Contest::run(arguments.shared.seed, arguments.shared.threads, arguments.gradient_patience)?;
+    let contest = Contest::run(session, session.choose(arguments.gradient_patience, 0.5))?;
     let all: Vec<Data<'_>> = System::ALL
         .into_iter()
         .zip(&points)
         .zip(&references)
         .map(|((system, points), reference)| Data { system, points, reference })
         .collect();
-    write(&all, &contest, arguments.target, &directory)?;
+    let mut report = Report::new(session);
+    write(&all, &contest, arguments.target, &mut report)?;
     for refusal in &refusals {
         println!("no result: {}, {}: {}", refusal.name, refusal.system.title(), refusal.reason);
     }
-    println!("{}", pace::table(arguments.shared.seed)?);
-    conclude_from(&all, &contest, arguments.target, &directory)
+    println!("{}", pace::table(session.seed)?);
+    conclude_from(&all, &contest, arguments.target, report)
 }
 
-fn references(arguments: &Arguments) -> Result<Vec<Reference>, Failure> {
-    let new = arguments.long.then(reference::directory);
+/// Where new references are stored: with the program, unless they are worth nothing.
+fn stored(session: &Session) -> PathBuf {
+    if session.short { session.directory.join("reference") } else { reference::directory() }
+}
+
+fn references(arguments: &Arguments, session: &Session) -> Result<Vec<Reference>, Failure> {
+    let new = arguments.long.then(|| stored(session));
     match arguments.reference.as_ref().or(new.as_ref()) {
         Some(directory) => System::ALL.into_iter().map(|system| Reference::read(system, directory)).collect(),
         None => System::ALL.into_iter().map(Reference::stored).collect(),
@@ -129,36 +127,28 @@ fn references(arguments: &Arguments) -> Result<Vec<Reference>, Failure> {
 type Followed = (System, Method, Vec<Vec<Checkpoint>>);
 
 /// Follows all simulations: checkpoints of every replica.
-fn simulate(arguments: &Arguments) -> Result<Vec<Followed>, Failure> {
-    let replicas_of = |method: &Method| {
-        if method.is_full() { (arguments.replicas / 2).max(2) } else { arguments.replicas }
-    };
+fn simulate(arguments: &Arguments, session: &Session) -> Result<Vec<Followed>, Failure> {
+    let replicas = session.choose(arguments.replicas, 2);
+    let replicas_of = |method: &Method| if method.is_full() { (replicas / 2).max(2) } else { replicas };
     let mut methods: Vec<(System, Method)> = System::ALL
         .into_iter()
         .flat_map(|system| Method::all(system).into_iter().map(move |method| (system, method)))
-        .filter(|(_, method)| !(arguments.small && method.is_full()))
+        .filter(|(_, method)| !((arguments.small || session.short) && method.is_full()))
         .collect();
-    // The longest first, so that the threads end together.
     methods.sort_by_key(|(_, method)| !method.is_full());
-    let base_seed = arguments.shared.seed.wrapping_mul(1_000_003);
     let tasks: Vec<Task> = methods
         .iter()
         .flat_map(|&(system, method)| {
-            let patience = arguments.patience * if method.is_full() { 2.0 } else { 1.0 };
+            let patience =
+                session.choose(arguments.patience, 0.02) * if method.is_full() { 2.0 } else { 1.0 };
             (0..replicas_of(&method)).map(move |replica| {
-                let seed = base_seed.wrapping_add(replica);
+                let seed = session.seed(replica);
                 Task { system, method, seed, patience }
             })
         })
         .collect();
-    let progress = Progress::new(tasks.len() as u64, "simulations");
-    let mut followed = replicas::in_parallel(arguments.shared.threads, tasks, |task| {
-        let checkpoints = task.follow()?;
-        progress.advance(1);
-        Ok(checkpoints)
-    })?
-    .into_iter();
-    progress.finish();
+    let followed = session.run_each("simulations", tasks, |task: Task| task.follow())?;
+    let mut followed = followed.into_iter();
     let mut all = Vec::new();
     for (system, method) in methods {
         let own = followed.by_ref().take(usize::try_from(replicas_of(&method))?).collect();
@@ -168,18 +158,30 @@ fn simulate(arguments: &Arguments) -> Result<Vec<Followed>, Failure> {
 }
 
 /// Tables of numbers and pictures.
-fn write(all: &[Data<'_>], contest: &Contest, target: f64, directory: &Path) -> Result<(), Failure> {
-    report::write_points(all, &directory.join("speed_and_accuracy.csv"))?;
-    report::write_contest(contest, &directory.join("equation_of_state.csv"))?;
+fn write(all: &[Data<'_>], contest: &Contest, target: f64, report: &mut Report) -> Result<(), Failure> {
+    report::write_points(all, report)?;
+    report::write_contest(contest, report)?;
     for data in all {
-        chart::draw_system(*data, &directory.join(data.system.name()))?;
+        let name = data.system.name();
+        report.picture(
+            name,
+            &chart::system(*data),
+            "Errors of n(x) and P(x) against the CPU time that they take.",
+        )?;
         if data.system == System::VaryingTemperature {
-            chart::draw_schemes(*data, &directory.join("schemes"))?;
+            report.picture(
+                "schemes",
+                &chart::schemes(*data),
+                "The same for every scheme of the effective field.",
+            )?;
         }
     }
-    chart::draw_claims(all, &directory.join("claims"))?;
-    chart::draw_contest(contest, target, &directory.join("equation_of_state"))?;
-    chart::draw_overview(all, contest, target, &directory.join("speed_and_accuracy"))
+    let caption = "What results claim of their own errors, against these; rings: over-confident.";
+    report.picture("claims", &chart::claims(all), caption)?;
+    let caption = "The equation of state from one run in a gradient, against homogeneous runs.";
+    report.picture("equation_of_state", &chart::contest(contest, target), caption)?;
+    let caption = "The best ways to n(x), and to the equation of state.";
+    report.picture("speed_and_accuracy", &chart::overview(all, contest, target), caption)
 }
 
 /// Tables and claims on the terminal.
@@ -187,7 +189,7 @@ fn conclude_from(
     all: &[Data<'_>],
     contest: &Contest,
     target: f64,
-    directory: &Path,
+    mut report: Report,
 ) -> Result<Ending, Failure> {
     for data in all {
         println!("\n{}", report::system_table(data));
@@ -207,12 +209,6 @@ fn conclude_from(
     }
     println!("\n{}", report::contest_table(contest, target, false));
     println!("≈: not reached; as if the error fell on with the square root of time.");
-    let mut verdict = Verdict::default();
-    for data in all {
-        verdict.judge_system(data);
-    }
-    verdict.judge_contest(contest, target);
-    verdict.print();
-    println!("written to {}", directory.display());
-    Ok(if verdict.holds() { Ending::Finished } else { Ending::ClaimFailed })
+    report.verdicts = verdict::judge(all, contest, target);
+    report.finish()
 }

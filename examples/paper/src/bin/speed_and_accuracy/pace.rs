@@ -29,9 +29,8 @@ pub(crate) fn table(seed: u64) -> Result<Table, Failure> {
         chains.equilibrate(200);
         // The same density between walls, without weight, some 1000 spheres.
         let slab = Slab::new(20.0, 8.0, 8.0)?;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let particles = (number_density(eta) * 19.0 * slab.base_area()).round() as usize;
-        let scene = Scene::new(slab, particles, UniformField::new(0.0)?, Isothermal::new(1.0)?)?;
+        let (field, temperature) = (UniformField::new(0.0)?, Isothermal::new(1.0)?);
+        let scene = Scene::with_column_density(slab, 19.0 * number_density(eta), field, temperature)?;
         let displacement = local.displacement();
         let builder = || Simulation::builder(scene).seed(seed);
         let mut trials = builder().moves(LocalMoves::new(displacement, &slab)?).build()?;

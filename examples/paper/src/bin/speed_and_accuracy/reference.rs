@@ -4,11 +4,8 @@ use crate::column;
 use crate::method::{Method, Moves, Scheme, Start};
 use crate::profile::{BINS, COLUMN_DENSITY, Errors, Profile, middle};
 use crate::system::System;
-use paper::Failure;
-use paper::accuracy;
-use paper::output::write_csv;
-use paper::progress::Progress;
-use paper::replicas;
+use paper::output::{create_directory, read_csv, write_csv};
+use paper::{Failure, Session, Side, accuracy};
 use std::path::{Path, PathBuf};
 
 /// A stored profile and what is known of it.
@@ -34,7 +31,7 @@ fn equilibration(system: System) -> u64 {
     if system == System::VaryingTemperature { SWEEPS } else { 2000 }
 }
 
-const HEADER: [&str; 5] = ["height", "number_density", "number_density_error", "pressure", "pressure_error"];
+const COLUMNS: &str = "height, number_density, number_density_error, pressure, pressure_error";
 
 /// Where the stored profiles are.
 pub(crate) fn directory() -> PathBuf {
@@ -57,8 +54,7 @@ impl Reference {
     }
 
     fn parse(text: &str) -> Result<Self, Failure> {
-        let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
-        let rows: Vec<[f64; 5]> = reader.deserialize().collect::<Result<_, csv::Error>>()?;
+        let rows = read_csv::<5>(text)?;
         if rows.len() != BINS {
             return Err("the reference has to be made first: --long".into());
         }
@@ -117,27 +113,28 @@ fn distance(one: &Profile, other: &Profile) -> [f64; 2] {
 }
 
 /// Makes the references of all systems and stores them in `directory`.
-pub(crate) fn make(seed: u64, threads: usize, directory: &Path) -> Result<(), Failure> {
+pub(crate) fn make(session: &Session, directory: &Path) -> Result<(), Failure> {
+    create_directory(directory)?;
+    let sweeps = session.choose(SWEEPS, 100);
     let mut tasks: Vec<(System, f64, u64)> = Vec::new();
     for width in [WIDTH, CONTROL_WIDTH] {
         for system in System::ALL {
             tasks.extend((0..REPLICAS).map(|replica| (system, width, replica)));
         }
     }
-    let progress = Progress::new(tasks.len() as u64, "reference runs");
-    let outcomes = replicas::in_parallel(threads, tasks, |(system, width, replica)| {
-        // From above and from below.
-        let start = if replica.is_multiple_of(2) { Start::Uniform } else { Start::ClosePacked };
+    let outcomes = session.run_each("reference runs", tasks, |(system, width, replica)| {
+        let start = match Side::of(replica) {
+            Side::Above => Start::Uniform,
+            Side::Below => Start::ClosePacked,
+        };
         let method = Method { moves: Moves::ChainsAndTuned, start, width, scheme: Scheme::SelfConsistent };
         let base = if width < WIDTH { 1000 } else { 0 };
-        let seed = seed.wrapping_mul(1_000_003).wrapping_add(base + replica);
+        let seed = session.seed(base + replica);
         let (mut column, mut seconds) = column::build(system, method, seed)?;
-        seconds += column.equilibrate(equilibration(system))?;
-        let stretch = column.measure(SWEEPS)?;
-        progress.advance(1);
+        seconds += column.equilibrate(session.choose(equilibration(system), 100))?;
+        let stretch = column.measure(sweeps)?;
         Ok((stretch.profile, seconds + stretch.seconds))
     })?;
-    progress.finish();
     let mut runs: Vec<Runs> = outcomes
         .chunks(usize::try_from(REPLICAS)?)
         .map(|replicas| Runs {
@@ -147,7 +144,7 @@ pub(crate) fn make(seed: u64, threads: usize, directory: &Path) -> Result<(), Fa
         .collect();
     let controls = runs.split_off(System::ALL.len());
     for ((system, runs), control) in System::ALL.into_iter().zip(runs).zip(controls) {
-        store(system, seed, &runs, &control, &directory.join(system.name()).with_extension("csv"))?;
+        store(system, session.seed, &runs, &control, &directory.join(system.name()).with_extension("csv"))?;
     }
     Ok(())
 }
@@ -200,5 +197,5 @@ fn store(system: System, seed: u64, runs: &Runs, control: &Runs, path: &Path) ->
             profile.pressure_errors[bin],
         ]
     });
-    write_csv(path, &lines.join("\n# "), HEADER, rows)
+    write_csv(path, &lines.join("\n# "), COLUMNS, rows)
 }

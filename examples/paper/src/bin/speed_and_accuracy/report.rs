@@ -4,12 +4,11 @@ use crate::chart::Data;
 use crate::contest::{Contest, Crossing, Task, Way, crossing};
 use crate::point::{Point, Quantity};
 use crate::profile::Errors;
-use paper::Failure;
 use paper::table::Table;
+use paper::{Failure, Report};
 use std::fmt;
 use std::fs::File;
 use std::io::{BufWriter, Write};
-use std::path::Path;
 
 /// A way with all its points, the cheapest first.
 pub(crate) struct Family<'a> {
@@ -239,7 +238,8 @@ impl fmt::Display for Crossing {
 }
 
 /// Writes every point of every system.
-pub(crate) fn write_points(all: &[Data<'_>], path: &Path) -> Result<(), Failure> {
+pub(crate) fn write_points(all: &[Data<'_>], report: &Report) -> Result<(), Failure> {
+    let path = &report.directory.join("speed_and_accuracy.csv");
     let file = File::create(path).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
     let mut file = BufWriter::new(file);
     writeln!(
@@ -304,7 +304,8 @@ pub(crate) fn write_points(all: &[Data<'_>], path: &Path) -> Result<(), Failure>
 }
 
 /// Writes every point of the contest.
-pub(crate) fn write_contest(contest: &Contest, path: &Path) -> Result<(), Failure> {
+pub(crate) fn write_contest(contest: &Contest, report: &Report) -> Result<(), Failure> {
+    let path = &report.directory.join("equation_of_state.csv");
     let file = File::create(path).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
     let mut file = BufWriter::new(file);
     writeln!(

@@ -6,38 +6,36 @@ use crate::method::{Method, Moves, Scheme, Start};
 use crate::point::{Point, Quantity};
 use crate::report::{self, Family, families, time};
 use crate::system::System;
+use paper::verdict::Verdicts;
 
 /// What references are good for.
 const FLOOR: f64 = 1e-3;
 
-/// A list of claims and whether each holds.
-#[derive(Debug, Default)]
-pub(crate) struct Verdict {
-    lines: Vec<(bool, String)>,
+/// Judges everything.
+pub(crate) fn judge(all: &[Data<'_>], contest: &Contest, target: f64) -> Verdicts {
+    let mut judge = Judge(Verdicts::new());
+    for data in all {
+        judge.system(data);
+    }
+    judge.contest(contest, target);
+    judge.0
 }
 
-impl Verdict {
-    fn claim(&mut self, holds: bool, words: String) {
-        self.lines.push((holds, words));
-    }
+/// The claims so far.
+struct Judge(Verdicts);
 
-    pub(crate) fn holds(&self) -> bool {
-        self.lines.iter().all(|(holds, _)| *holds)
-    }
-
-    pub(crate) fn print(&self) {
-        for (holds, words) in &self.lines {
-            println!("{}: {words}", if *holds { "holds" } else { "FAILS" });
-        }
+impl Judge {
+    fn claim(&mut self, holds: bool, words: &str) {
+        self.0.is_so("speed and accuracy", words, holds);
     }
 
     /// Of one system.
-    pub(crate) fn judge_system(&mut self, data: &Data<'_>) {
+    fn system(&mut self, data: &Data<'_>) {
         let system = data.system.title();
         let own = data.reference.errors.misplaced;
         self.claim(
             own <= FLOOR,
-            format!("{system}: the reference knows n to {own:.1e}, {FLOOR:.0e} at most"),
+            &format!("{system}: the reference knows n to {own:.1e}, {FLOOR:.0e} at most"),
         );
         let families = families(data);
         let is_theory = |family: &&Family<'_>| family.points.iter().all(|point| point.is_theory());
@@ -61,7 +59,7 @@ impl Verdict {
             };
             self.claim(
                 holds,
-                format!(
+                &format!(
                     "{system}: the cheapest way to {} within 1 % is a theory, {}; of simulations {}",
                     quantity.symbol(),
                     words(&theory),
@@ -87,7 +85,7 @@ impl Verdict {
                 let ratio = paper.errors.misplaced / tuned.errors.misplaced;
                 self.claim(
                     ratio > 1.0,
-                    format!(
+                    &format!(
                         "{system}, {width} x {width}, uniform start: after {} S = 0.75 has misplaced {:.2} % of the spheres, tuned \
                          moves {:.2} % after {}",
                         time(Some(paper.seconds)),
@@ -99,11 +97,11 @@ impl Verdict {
             }
         }
         if data.system == System::VaryingTemperature {
-            self.judge_schemes(data);
+            self.schemes(data);
         }
     }
 
-    fn judge_schemes(&mut self, data: &Data<'_>) {
+    fn schemes(&mut self, data: &Data<'_>) {
         let width = crate::method::SMALL;
         let last =
             |scheme| last_point(data, Method { moves: Moves::Tuned, start: Start::Theory, width, scheme });
@@ -112,7 +110,7 @@ impl Verdict {
                 || paper.is_over_confident(Quantity::Pressure, data.reference);
             self.claim(
                 over,
-                format!(
+                &format!(
                     "the instantaneous scheme on 5 x 5 is over-confident: misplaced {:.2} %, claimed {:.2} %",
                     100.0 * paper.errors.misplaced,
                     100.0 * paper.claims.map_or(f64::NAN, |claims| claims.misplaced),
@@ -120,7 +118,7 @@ impl Verdict {
             );
             self.claim(
                 !ours.is_over_confident(Quantity::Density, data.reference),
-                format!(
+                &format!(
                     "the self-consistent scheme is not, of n: misplaced {:.2} %, claimed {:.2} %",
                     100.0 * ours.errors.misplaced,
                     100.0 * ours.claims.map_or(f64::NAN, |claims| claims.misplaced),
@@ -130,12 +128,12 @@ impl Verdict {
     }
 
     /// Of the equation of state.
-    pub(crate) fn judge_contest(&mut self, contest: &Contest, target: f64) {
+    fn contest(&mut self, contest: &Contest, target: f64) {
         for way in [Way::Local, Way::Chains] {
             let [sigmas, deviation, error] = contest.agreement(way);
             self.claim(
                 sigmas < 4.0 && error < 0.01,
-                format!(
+                &format!(
                     "{}: Z agrees with the modified Kolafa equation within {sigmas:.1} standard errors at every density; at most \
                      {:.2} % off, errors at most {:.2} %",
                     way.label(),
@@ -151,7 +149,7 @@ impl Verdict {
             };
             self.claim(
                 homogeneous.is_some_and(|(_, time)| !time.extrapolated),
-                format!(
+                &format!(
                     "equation of state at {} packing fractions is known to {} % after: {}; {}",
                     task.label(),
                     100.0 * target,

@@ -1,13 +1,13 @@
 //! Measuring bins: empty ones, thin ones, wide ones.
 
 use crate::column::{self, theory};
-use crate::map::{Findings, Map};
+use crate::map::{Findings, Map, Trial};
 use crate::said::{self, Said};
 use crate::verdict::Quantity;
-use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
+use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::EventChains;
-use gradient_mc::observers::{DensityProfile, EquationOfStateProfile};
+use gradient_mc::observers::{Bins, DensityProfile, EquationOfStateProfile};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Every, Simulation};
@@ -23,32 +23,29 @@ pub(crate) fn widths() -> Map {
     let mut map =
         Map::new("measuring_bins", "Measuring bins: share of bins whose error bar is wrong", "bin width / d");
     for width in WIDTHS {
-        map.add("density", width, move |seed| density(width, seed));
-        map.add("P/(nTZ)", width, move |seed| equation_of_state(width, seed));
+        map.add("density", width, move |trial| density(width, trial));
+        map.add("P/(nTZ)", width, move |trial| equation_of_state(width, trial));
     }
     map
 }
 
 fn observe<O: gradient_mc::Observer>(
     observer: impl FnOnce(&gradient_mc::Slab) -> Result<O, gradient_mc::Error>,
-    seed: u64,
+    trial: Trial,
 ) -> Result<(O, gradient_mc::HydrostaticProfile, Vec<Said>), Failure> {
     let temperature = Isothermal::new(TEMPERATURE)?;
     let scene = column::scene(120.0, 5.0, 40.0, UniformField::default(), temperature)?;
     let mut observer = Every::new(5, observer(scene.slab())?);
-    let mut simulation = Simulation::builder(scene).moves(EventChains::default()).seed(seed).build()?;
-    simulation.equilibrate(1500, &mut ())?;
-    simulation.run(1500, &mut observer)?;
+    let mut simulation = Simulation::builder(scene).moves(EventChains::default()).seed(trial.seed).build()?;
+    simulation.equilibrate(trial.sweeps(1500), &mut ())?;
+    simulation.run(trial.sweeps(1500), &mut observer)?;
     Ok((observer.observer, theory(&scene)?, said::by(&simulation)))
 }
 
 /// Bins from the base to where a sphere in a thousand is above.
 fn count(theory: f64, width: f64) -> (f64, usize) {
     let bins = ((theory - LOWEST) / width).floor().max(1.0);
-    // At most some ten thousand.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let count = bins as usize;
-    (LOWEST + bins * width, count)
+    (LOWEST + bins * width, paper::study::count(bins))
 }
 
 /// Height above which there is a sphere in a hundred thousand.
@@ -64,31 +61,28 @@ fn share(deviations: impl ExactSizeIterator<Item = Estimate>) -> Quantity {
         deviation.mean.is_nan() || deviation.standard_error.is_nan() || deviation.mean.abs() > allowed
     });
     let share = bad.count() as f64 / count;
-    Quantity::absolute("share of wrong bins", Estimate::new(share, 0.0)).tolerating(0.03, 0.2)
+    Quantity::absolute("share of wrong bins", Estimate::exact(share)).tolerating(0.03, 0.2)
 }
 
-fn density(width: f64, seed: u64) -> Result<Findings, Failure> {
+fn density(width: f64, trial: Trial) -> Result<Findings, Failure> {
     let (top, bins) = count(TOP, width);
     let (profile, theory, mut said) =
-        observe(|slab| DensityProfile::with_range(slab, LOWEST, top, bins), seed)?;
+        observe(|slab| DensityProfile::new(slab, Bins::count(bins).from(LOWEST).to(top)), trial)?;
     said.extend(Said::warnings(&profile.warnings()));
     let points = profile.points()?;
     let deviations = points.iter().map(|point| {
         let expected = theory.number_density(point.height);
-        Estimate::new(
-            point.number_density.mean / expected - 1.0,
-            point.number_density.standard_error / expected,
-        )
+        point.number_density / expected - 1.0
     });
     Ok(Findings { quantities: vec![share(deviations)], said, ..Findings::default() })
 }
 
-fn equation_of_state(width: f64, seed: u64) -> Result<Findings, Failure> {
+fn equation_of_state(width: f64, trial: Trial) -> Result<Findings, Failure> {
     let (top, bins) = count(TOP, width);
     let (profile, _, mut said) =
-        observe(|slab| EquationOfStateProfile::with_range(slab, LOWEST, top, bins), seed)?;
+        observe(|slab| EquationOfStateProfile::new(slab, Bins::count(bins).from(LOWEST).to(top)), trial)?;
     said.extend(Said::warnings(&profile.warnings()));
-    let points = profile.deviations_from(|eta| ModifiedKolafa.compressibility_factor(eta))?;
+    let points = profile.deviations_from(&ModifiedKolafa)?;
     let deviations = points.iter().map(|point| point.deviation);
     Ok(Findings { quantities: vec![share(deviations)], said, ..Findings::default() })
 }

@@ -1,7 +1,7 @@
 //! The box: how wide, how high.
 
 use crate::column::{self, Length, run, theory};
-use crate::map::{Findings, Map};
+use crate::map::{Findings, Map, Trial};
 use gradient_mc::Simulation;
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves};
@@ -14,20 +14,21 @@ pub(crate) fn widths() -> Map {
     let mut map = Map::new("lateral_box", "Lateral box", "width of the base / d");
     for (temperature, range) in [(20.0, [4.0, 40.0]), (5.0, [4.0, 16.0]), (3.0, [20.0, 26.0])] {
         for width in WIDTHS {
-            map.add(&format!("T = {temperature}"), width, move |seed| wide(temperature, range, width, seed));
+            map.add(&format!("T = {temperature}"), width, move |trial| {
+                wide(temperature, range, width, trial)
+            });
         }
     }
     map
 }
 
-fn wide(temperature: f64, range: [f64; 2], width: f64, seed: u64) -> Result<Findings, Failure> {
+fn wide(temperature: f64, range: [f64; 2], width: f64, trial: Trial) -> Result<Findings, Failure> {
     let scene = column::scene(260.0, width, 40.0, UniformField::default(), Isothermal::new(temperature)?)?;
     // As many sphere sweeps everywhere; the narrower the box, the more the column fluctuates.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let sweeps = (80_000.0 / (width * width)) as u64;
+    let sweeps = paper::study::count((80_000.0 / (width * width)).floor()) as u64;
     let length = Length { equilibration: 500 + sweeps / 4, sweeps };
-    let simulation = Simulation::builder(scene).moves(EventChains::default()).seed(seed).build()?;
-    let run = run(simulation, length)?;
+    let simulation = Simulation::builder(scene).moves(EventChains::default()).seed(trial.seed).build()?;
+    let run = run(simulation, length, trial)?;
     let center = run.center_of_mass(theory(&scene)?.center_of_mass(), 0.03)?.tolerating(0.003, 0.005);
     let equation_of_state = run.equation_of_state(range)?.tolerating(0.01, 0.02);
     Ok(run.with([center, equation_of_state]))
@@ -39,16 +40,16 @@ pub(crate) fn lids() -> Map {
     let mut map = Map::new("lid", "Height of the lid", "height of the lid / d");
     for (label, told) in [("P(lid) left out", false), ("P(lid) from the theory", true)] {
         for height in HEIGHTS {
-            map.add(label, height, move |seed| lid(height, told, seed));
+            map.add(label, height, move |trial| lid(height, told, trial));
         }
     }
     map
 }
 
-fn lid(height: f64, told: bool, seed: u64) -> Result<Findings, Failure> {
+fn lid(height: f64, told: bool, trial: Trial) -> Result<Findings, Failure> {
     let scene = column::scene(height, 5.0, 10.0, UniformField::default(), Isothermal::new(20.0)?)?;
-    let builder = Simulation::builder(scene).moves(LocalMoves::tuned()).seed(seed);
-    let mut run = run(builder.build()?, Length { equilibration: 3000, sweeps: 12_000 })?;
+    let builder = Simulation::builder(scene).moves(LocalMoves::tuned()).seed(trial.seed);
+    let mut run = run(builder.build()?, Length { equilibration: 3000, sweeps: 12_000 }, trial)?;
     let theory = theory(&scene)?;
     if told {
         run.profile.set_lid_pressure(theory.lid_pressure())?;

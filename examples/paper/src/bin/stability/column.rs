@@ -1,14 +1,12 @@
 //! A column and what is measured in it.
 
-use crate::map::Findings;
+use crate::map::{Findings, Trial};
 use crate::said;
 use crate::verdict::Quantity;
 use gradient_mc::drive::Drive;
-use gradient_mc::equation_of_state::{EquationOfState, FluidSolid, ModifiedKolafa};
-use gradient_mc::observers::{CenterOfMass, DensityProfile, EquationOfStateProfile};
-use gradient_mc::{
-    Error, Every, Field, HydrostaticProfile, Hydrostatics, Scene, Simulation, Slab, TemperatureProfile,
-};
+use gradient_mc::equation_of_state::{FluidSolid, ModifiedKolafa};
+use gradient_mc::observers::{Bins, CenterOfMass, DensityProfile, EquationOfStateProfile};
+use gradient_mc::{Error, Every, Field, HydrostaticProfile, Scene, Simulation, Slab, TemperatureProfile};
 
 /// How long a run is.
 #[derive(Debug, Clone, Copy)]
@@ -19,10 +17,7 @@ pub(crate) struct Length {
 
 /// Number of spheres that makes `column_density` over a square base.
 pub(crate) fn particles(column_density: f64, width: f64) -> usize {
-    // Some thousands.
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let particles = (column_density * width * width).round() as usize;
-    particles.max(1)
+    paper::study::count(column_density * width * width).max(1)
 }
 
 /// A scene over a square base.
@@ -40,8 +35,7 @@ pub(crate) fn scene<F: Field, T: TemperatureProfile>(
 pub(crate) fn theory<F: Field, T: TemperatureProfile>(
     scene: &Scene<F, T>,
 ) -> Result<HydrostaticProfile, Error> {
-    Hydrostatics::new(scene.field(), scene.temperature(), FluidSolid::default())
-        .between_walls(scene.slab(), scene.column_density())
+    scene.hydrostatics(&FluidSolid::default())
 }
 
 /// A run and what it measured.
@@ -61,6 +55,7 @@ const CONTACT_BINS: usize = 10;
 pub(crate) fn run<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
     mut simulation: Simulation<F, T, D>,
     length: Length,
+    trial: Trial,
 ) -> Result<Run, Error> {
     let slab = *simulation.scene().slab();
     let heights = simulation.frame().heights();
@@ -69,16 +64,17 @@ pub(crate) fn run<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
     let weight = simulation.scene().field().acceleration(0.5) * simulation.scene().column_density();
     let decay = simulation.scene().temperature().temperature(0.5) / weight;
     let contact_bin = decay.min(0.2) / CONTACT_BINS as f64;
-    let contact =
-        DensityProfile::with_range(&slab, 0.5, 0.5 + CONTACT_BINS as f64 * contact_bin, CONTACT_BINS)?;
+    let contact = DensityProfile::new(
+        &slab,
+        Bins::count(CONTACT_BINS).from(0.5).to(0.5 + CONTACT_BINS as f64 * contact_bin),
+    )?;
     // Half a diameter, up to where at most some hundred bins reach.
     let top = slab.height().min(100.0).floor();
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let bins = (2.0 * top) as usize;
-    let profile = EquationOfStateProfile::with_range(&slab, 0.0, top, bins)?;
+    let profile =
+        EquationOfStateProfile::new(&slab, Bins::count(paper::study::count(2.0 * top)).from(0.0).to(top))?;
     let mut observers = Every::new(2, (CenterOfMass::new(), contact, profile));
-    simulation.equilibrate(length.equilibration, &mut ())?;
-    simulation.run(length.sweeps, &mut observers)?;
+    simulation.equilibrate(trial.sweeps(length.equilibration), &mut ())?;
+    simulation.run(trial.sweeps(length.sweeps), &mut observers)?;
     let (center_of_mass, contact, profile) = observers.observer;
     let acceptance = simulation.move_counts().acceptance();
     let remark = if acceptance.is_nan() { String::new() } else { format!("acceptance {acceptance:.4}") };
@@ -93,8 +89,7 @@ impl Run {
         quantity.truth_error = uncertainty / truth;
         quantity.start = Some(self.first_center / truth - 1.0);
         let drift = self.center_of_mass.drift()?;
-        quantity.drift =
-            Some(gradient_mc::statistics::Estimate::new(drift.mean / truth, drift.standard_error / truth));
+        quantity.drift = Some(drift / truth);
         Ok(quantity)
     }
 
@@ -107,8 +102,7 @@ impl Run {
 
     /// P/(n T Z) − 1 over a range of heights, Z after Kolafa, Labík and Malijevský, modified.
     pub(crate) fn equation_of_state(&self, range: [f64; 2]) -> Result<Quantity, Error> {
-        let factor = |eta: f64| ModifiedKolafa.compressibility_factor(eta);
-        let deviation = self.profile.deviations_over(&[range], factor)?;
+        let deviation = self.profile.deviations_over(&[range], &ModifiedKolafa)?;
         Ok(Quantity::absolute("P/(nTZ) - 1", deviation[0]).tolerating(0.01, 0.01))
     }
 

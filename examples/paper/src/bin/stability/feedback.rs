@@ -1,7 +1,7 @@
 //! The feedback of temperatures that vary: bins, schemes, patience, spheres.
 
 use crate::column::{self, Length, run, theory};
-use crate::map::{Findings, Map};
+use crate::map::{Findings, Map, Trial};
 use gradient_mc::drive::{
     Adaptation, AveragedThenFrozen, EquationOfStateClosure, Instantaneous, MappedDrive, RunningAverage,
     Scheme, SelfConsistent,
@@ -36,12 +36,12 @@ struct Setup<S, P> {
 }
 
 impl<S, P: Start> Setup<S, P> {
-    fn run<A: Adaptation>(self, scene: Gradient, seed: u64) -> Result<Findings, Failure>
+    fn run<A: Adaptation>(self, scene: Gradient, trial: Trial) -> Result<Findings, Failure>
     where
         S: Scheme<UniformField, ExponentialTemperature, Drive = MappedDrive<A>>,
     {
         let builder = Simulation::builder(scene).scheme(self.scheme).start(self.start).moves(self.moves);
-        let run = run(builder.seed(seed).build()?, self.length)?;
+        let run = run(builder.seed(trial.seed).build()?, self.length, trial)?;
         let center = run.center_of_mass(theory(&scene)?.center_of_mass(), 0.05)?.tolerating(0.01, 0.01);
         let equation_of_state = run.equation_of_state(self.range)?.tolerating(0.015, 0.015);
         Ok(run.with([center, equation_of_state]))
@@ -58,16 +58,16 @@ pub(crate) fn bins() -> Map {
     }
     let mut map = Map::new("feedback_bins", "Feedback: bins of the effective field", "bin width / d");
     for bin in BINS {
-        map.add("instantaneous", bin, move |seed| {
+        map.add("instantaneous", bin, move |trial| {
             let scene = low(6.0, 7.0)?;
             let moves = LocalMoves::new(0.75, scene.slab())?.into();
-            Setup { moves, ..setup(Instantaneous::new(bin)) }.run(scene, seed)
+            Setup { moves, ..setup(Instantaneous::new(bin)) }.run(scene, trial)
         });
-        map.add("self-consistent", bin, move |seed| {
-            setup(SelfConsistent::default().bin_width(bin)).run(low(6.0, 7.0)?, seed)
+        map.add("self-consistent", bin, move |trial| {
+            setup(SelfConsistent::default().bin_width(bin)).run(low(6.0, 7.0)?, trial)
         });
-        map.add("closure", bin, move |seed| {
-            setup(EquationOfStateClosure::default().bin_width(bin)).run(low(6.0, 7.0)?, seed)
+        map.add("closure", bin, move |trial| {
+            setup(EquationOfStateClosure::default().bin_width(bin)).run(low(6.0, 7.0)?, trial)
         });
     }
     map
@@ -88,17 +88,17 @@ pub(crate) fn patience() -> Map {
     );
     for sweeps in SWEEPS {
         let place = f64::from(sweeps);
-        map.add("self-consistent", place, move |seed| {
-            setup(SelfConsistent::default(), sweeps).run(paper()?, seed)
+        map.add("self-consistent", place, move |trial| {
+            setup(SelfConsistent::default(), sweeps).run(paper()?, trial)
         });
-        map.add("averaged, then frozen", place, move |seed| {
-            setup(AveragedThenFrozen::default(), sweeps).run(paper()?, seed)
+        map.add("averaged, then frozen", place, move |trial| {
+            setup(AveragedThenFrozen::default(), sweeps).run(paper()?, trial)
         });
-        map.add("running average", place, move |seed| {
-            setup(RunningAverage::default(), sweeps).run(paper()?, seed)
+        map.add("running average", place, move |trial| {
+            setup(RunningAverage::default(), sweeps).run(paper()?, trial)
         });
-        map.add("instantaneous", place, move |seed| {
-            setup(Instantaneous::default(), sweeps).run(paper()?, seed)
+        map.add("instantaneous", place, move |trial| {
+            setup(Instantaneous::default(), sweeps).run(paper()?, trial)
         });
     }
     map
@@ -112,16 +112,18 @@ pub(crate) fn few() -> Map {
         Map::new("feedback_spheres", "Feedback: few spheres over a base 4 x 4", "number of spheres");
     for spheres in SPHERES {
         let place = f64::from(spheres);
-        map.add("self-consistent", place, move |seed| few_spheres(SelfConsistent::default(), spheres, seed));
-        map.add("instantaneous", place, move |seed| few_spheres(Instantaneous::default(), spheres, seed));
-        map.add("instantaneous, bins 2 d", place, move |seed| {
-            few_spheres(Instantaneous::new(2.0), spheres, seed)
+        map.add("self-consistent", place, move |trial| {
+            few_spheres(SelfConsistent::default(), spheres, trial)
+        });
+        map.add("instantaneous", place, move |trial| few_spheres(Instantaneous::default(), spheres, trial));
+        map.add("instantaneous, bins 2 d", place, move |trial| {
+            few_spheres(Instantaneous::new(2.0), spheres, trial)
         });
     }
     map
 }
 
-fn few_spheres<A: Adaptation, S>(scheme: S, spheres: u32, seed: u64) -> Result<Findings, Failure>
+fn few_spheres<A: Adaptation, S>(scheme: S, spheres: u32, trial: Trial) -> Result<Findings, Failure>
 where
     S: Scheme<UniformField, ExponentialTemperature, Drive = MappedDrive<A>>,
 {
@@ -129,8 +131,8 @@ where
     let sweeps = u64::from(3_000_000 / (spheres + 10));
     let length = Length { equilibration: sweeps / 2, sweeps };
     let moves = LocalMoves::mixture(&[0.75, 2.0], scene.slab())?;
-    let simulation = Simulation::builder(scene).scheme(scheme).moves(moves).seed(seed).build()?;
-    let run = run(simulation, length)?;
+    let simulation = Simulation::builder(scene).scheme(scheme).moves(moves).seed(trial.seed).build()?;
+    let run = run(simulation, length, trial)?;
     // Among few spheres none excludes volume to itself: n of the theory is right to (N − 1)/N of what Z − 1 does.
     let theory = theory(&scene)?;
     let center = run.center_of_mass(theory.center_of_mass(), 0.03)?.tolerating(0.02, 0.02);

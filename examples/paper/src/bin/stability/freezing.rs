@@ -1,7 +1,7 @@
 //! Towards and past freezing: colder columns, fields and temperatures that pack them.
 
 use crate::column::{self, Length, run, theory};
-use crate::map::{Findings, Map};
+use crate::map::{Findings, Map, Trial};
 use gradient_mc::drive::SelfConsistent;
 use gradient_mc::field::{ExponentialField, UniformField};
 use gradient_mc::moves::EventChains;
@@ -18,11 +18,11 @@ fn isothermal(
     temperature: f64,
     start: impl Start,
     height: f64,
-    seed: u64,
+    trial: Trial,
 ) -> Result<Findings, Failure> {
     let scene = column::scene(height, WIDTH, COLUMN_DENSITY, field, Isothermal::new(temperature)?)?;
-    let builder = Simulation::builder(scene).start(start).moves(EventChains::default()).seed(seed);
-    let run = run(builder.build()?, Length { equilibration: 800, sweeps: 1000 })?;
+    let builder = Simulation::builder(scene).start(start).moves(EventChains::default()).seed(trial.seed);
+    let run = run(builder.build()?, Length { equilibration: 800, sweeps: 1000 }, trial)?;
     // The equation of state of the solid is good to half a per cent.
     let center = run.center_of_mass(theory(&scene)?.center_of_mass(), 0.03)?;
     Ok(run.with([center.tolerating(0.005, 0.005)]))
@@ -34,14 +34,14 @@ pub(crate) fn cold() -> Map {
     let mut map =
         Map::new("cold", "Colder columns: uniform field, freezing below T = 3.46", "temperature T / mgd");
     for temperature in TEMPERATURES {
-        map.add("from above", temperature, move |seed| {
-            isothermal(UniformField::default(), temperature, RandomInsertion::new(0.3), 250.0, seed)
+        map.add("from above", temperature, move |trial| {
+            isothermal(UniformField::default(), temperature, RandomInsertion::new(0.3), 250.0, trial)
         });
-        map.add("from below", temperature, move |seed| {
-            isothermal(UniformField::default(), temperature, ClosePacked, 250.0, seed)
+        map.add("from below", temperature, move |trial| {
+            isothermal(UniformField::default(), temperature, ClosePacked, 250.0, trial)
         });
-        map.add("theory start", temperature, move |seed| {
-            isothermal(UniformField::default(), temperature, Theory, 250.0, seed)
+        map.add("theory start", temperature, move |trial| {
+            isothermal(UniformField::default(), temperature, Theory, 250.0, trial)
         });
     }
     map
@@ -53,14 +53,14 @@ pub(crate) fn fields() -> Map {
     let mut map =
         Map::new("field_rate", "Fields that grow with height: a = exp(αx), T = 20", "rate α of the field");
     for rate in RATES {
-        map.add("from above", rate, move |seed| {
-            isothermal(ExponentialField::new(rate)?, 20.0, RandomInsertion::new(0.3), 140.0, seed)
+        map.add("from above", rate, move |trial| {
+            isothermal(ExponentialField::new(rate)?, 20.0, RandomInsertion::new(0.3), 140.0, trial)
         });
-        map.add("from below", rate, move |seed| {
-            isothermal(ExponentialField::new(rate)?, 20.0, ClosePacked, 140.0, seed)
+        map.add("from below", rate, move |trial| {
+            isothermal(ExponentialField::new(rate)?, 20.0, ClosePacked, 140.0, trial)
         });
-        map.add("theory start", rate, move |seed| {
-            isothermal(ExponentialField::new(rate)?, 20.0, Theory, 140.0, seed)
+        map.add("theory start", rate, move |trial| {
+            isothermal(ExponentialField::new(rate)?, 20.0, Theory, 140.0, trial)
         });
     }
     map
@@ -75,18 +75,18 @@ pub(crate) fn temperatures() -> Map {
         "decay rate β of the temperature",
     );
     for rate in RATES {
-        map.add("from above", rate, move |seed| cooling(rate, RandomInsertion::new(0.3), seed));
-        map.add("from below", rate, move |seed| cooling(rate, ClosePacked, seed));
+        map.add("from above", rate, move |trial| cooling(rate, RandomInsertion::new(0.3), trial));
+        map.add("from below", rate, move |trial| cooling(rate, ClosePacked, trial));
     }
     map
 }
 
-fn cooling(rate: f64, start: impl Start, seed: u64) -> Result<Findings, Failure> {
+fn cooling(rate: f64, start: impl Start, trial: Trial) -> Result<Findings, Failure> {
     let temperature = ExponentialTemperature::new(20.0, rate)?;
     let scene = column::scene(140.0, WIDTH, COLUMN_DENSITY, UniformField::default(), temperature)?;
     let builder = Simulation::builder(scene).scheme(SelfConsistent::default()).start(start);
-    let simulation = builder.moves(EventChains::default()).seed(seed).build()?;
-    let run = run(simulation, Length { equilibration: 1200, sweeps: 1200 })?;
+    let simulation = builder.moves(EventChains::default()).seed(trial.seed).build()?;
+    let run = run(simulation, Length { equilibration: 1200, sweeps: 1200 }, trial)?;
     let theory = theory(&scene)?;
     let center = run.center_of_mass(theory.center_of_mass(), 0.05)?.tolerating(0.01, 0.01);
     // Above the layers at the base and below the steep top.

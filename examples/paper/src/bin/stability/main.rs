@@ -13,34 +13,23 @@ mod moves;
 mod picture;
 mod precision;
 mod profiles;
-mod redraw;
 mod said;
 mod sizes;
 mod summary;
 mod theory;
 mod verdict;
 
-use clap::Parser;
+use gradient_mc::statistics::Estimate;
 use map::{Map, Measured};
-use paper::arguments::SharedArguments;
-use paper::interrupt::Interrupt;
-use paper::{Ending, Failure, conclude, output};
+use paper::{Ending, Failure, Report, Session, study};
 use std::process::ExitCode;
 
 /// Drives each method across the parameter that breaks it: where it fails, how, and whether the program says so
-#[derive(Parser, Debug)]
-#[command(name = "stability")]
+#[derive(clap::Args, Debug)]
 struct Arguments {
-    #[command(flatten)]
-    shared: SharedArguments,
-
     /// One map only, by its name
     #[arg(long)]
     only: Option<String>,
-
-    /// Measures nothing: tables and pictures of what the CSV files hold
-    #[arg(long, conflicts_with = "only")]
-    redraw: bool,
 
     /// Prints every line that the program said
     #[arg(long)]
@@ -92,13 +81,11 @@ fn families() -> Vec<Family> {
 }
 
 fn main() -> ExitCode {
-    conclude(run(&Arguments::parse()))
+    study::main("stability", run)
 }
 
-fn run(arguments: &Arguments) -> Result<Ending, Failure> {
-    let directory = arguments.shared.directory("stability");
-    output::create_directory(&directory)?;
-    let interrupt = Interrupt::listen()?;
+fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
+    let mut report = Report::new(session);
     let mut families = families();
     let names: Vec<&str> = families.iter().flat_map(|family| &family.maps).map(|map| map.name).collect();
     if let Some(only) = arguments.only.as_deref() {
@@ -112,28 +99,19 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     let heads: Vec<(&str, &str, usize)> =
         families.iter().map(|family| (family.name, family.title, family.maps.len())).collect();
     let maps: Vec<Map> = families.into_iter().flat_map(|family| family.maps).collect();
-    let measured = if arguments.redraw {
-        maps.iter().map(|map| redraw::read(map, &directory)).collect()
-    } else {
-        map::measure(maps, arguments.shared.seed, arguments.shared.threads, &interrupt)
-    };
-    let measured = match measured {
-        Err(_) if interrupt.pressed() => return Ok(Ending::Interrupted),
-        measured => measured?,
-    };
+    let measured = map::measure(maps, session)?;
     let mut rest = &measured[..];
     for (name, title, count) in heads {
         let (own, others) = rest.split_at(count);
         rest = others;
         if !own.is_empty() {
             let own: Vec<&Measured> = own.iter().collect();
-            picture::draw(title, &own, &directory.join(name))?;
+            let caption = "What becomes of a method at each point, and whether the program says so.";
+            report.picture(name, &picture::draw(title, &own), caption)?;
         }
     }
-    if !arguments.redraw {
-        for map in &measured {
-            map.write(&directory)?;
-        }
+    for map in &measured {
+        map.write(&report.directory)?;
     }
     if arguments.verbose {
         for map in &measured {
@@ -146,14 +124,12 @@ fn run(arguments: &Arguments) -> Result<Ending, Failure> {
     }
     println!("\n{}", summary::table(&measured));
     let seconds: f64 = measured.iter().flat_map(|map| &map.points).map(|point| point.cpu_seconds).sum();
-    println!("{seconds:.0} CPU seconds; written to {}", directory.display());
+    println!("{seconds:.0} CPU seconds");
     let silent = summary::silent_failures(&measured);
-    if silent.is_empty() {
-        println!("holds: wherever a number is off by more than its error bar, the program says so");
-        return Ok(Ending::Finished);
-    }
-    for failure in silent {
+    for failure in &silent {
         println!("SILENT FAILURE: {failure}");
     }
-    Ok(Ending::ClaimFailed)
+    let claim = "points at which a number is off by more than its error bar and the program says nothing";
+    report.verdicts.at_most("stability", claim, Estimate::new(silent.len() as f64, 0.0), 0.0);
+    report.finish()
 }

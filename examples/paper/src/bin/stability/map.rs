@@ -3,11 +3,9 @@
 use crate::said::Said;
 use crate::verdict::{Outcome, Quantity};
 use gradient_mc::statistics::Estimate;
-use paper::Failure;
-use paper::interrupt::Interrupt;
-use paper::progress::Progress;
-use paper::replicas;
-use rustix::time::{ClockId, clock_gettime};
+use paper::clock::cpu_seconds;
+use paper::row;
+use paper::{Failure, Session};
 use std::path::Path;
 
 /// What a probe found.
@@ -21,7 +19,21 @@ pub(crate) struct Findings {
     pub(crate) foreign: bool,
 }
 
-type Work = Box<dyn Fn(u64) -> Result<Findings, Failure> + Send + Sync>;
+type Work = Box<dyn Fn(Trial) -> Result<Findings, Failure> + Send + Sync>;
+
+/// What a probe is given.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Trial {
+    pub(crate) seed: u64,
+    pub(crate) short: bool,
+}
+
+impl Trial {
+    /// A number of sweeps, or fewer where nothing but the path through the program counts.
+    pub(crate) fn sweeps(self, sweeps: u64) -> u64 {
+        if self.short { sweeps.min((sweeps / 100).max(64)) } else { sweeps }
+    }
+}
 
 /// One point to be measured.
 pub(crate) struct Probe {
@@ -68,12 +80,6 @@ pub(crate) struct Measured {
     pub(crate) points: Vec<Point>,
 }
 
-/// CPU seconds of this thread.
-pub(crate) fn cpu_seconds() -> f64 {
-    let time = clock_gettime(ClockId::ThreadCPUTime);
-    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
-}
-
 impl Map {
     pub(crate) fn new(name: &'static str, title: &'static str, parameter: &'static str) -> Self {
         Self { name, title, parameter, probes: Vec::new(), alone: false }
@@ -84,7 +90,7 @@ impl Map {
         &mut self,
         series: &str,
         parameter: f64,
-        work: impl Fn(u64) -> Result<Findings, Failure> + Send + Sync + 'static,
+        work: impl Fn(Trial) -> Result<Findings, Failure> + Send + Sync + 'static,
     ) {
         let label = match parameter {
             far if far != 0.0 && !(1e-3..1e4).contains(&far) => format!("{far:e}"),
@@ -99,7 +105,7 @@ impl Map {
         series: &str,
         parameter: f64,
         label: &str,
-        work: impl Fn(u64) -> Result<Findings, Failure> + Send + Sync + 'static,
+        work: impl Fn(Trial) -> Result<Findings, Failure> + Send + Sync + 'static,
     ) {
         let (series, label) = (series.to_owned(), label.to_owned());
         self.probes.push(Probe { series, parameter, label, work: Box::new(work) });
@@ -107,9 +113,9 @@ impl Map {
 }
 
 impl Probe {
-    fn run(self, seed: u64) -> Result<Point, Failure> {
+    fn run(self, trial: Trial) -> Result<Point, Failure> {
         let before = cpu_seconds();
-        let found = (self.work)(seed);
+        let found = (self.work)(trial);
         let cpu_seconds = cpu_seconds() - before;
         let (outcome, findings) = match found {
             Ok(findings) => {
@@ -147,12 +153,7 @@ impl Point {
 }
 
 /// Measures maps, one point after the other on each thread.
-pub(crate) fn measure(
-    maps: Vec<Map>,
-    seed: u64,
-    threads: usize,
-    interrupt: &Interrupt,
-) -> Result<Vec<Measured>, Failure> {
+pub(crate) fn measure(maps: Vec<Map>, session: &Session) -> Result<Vec<Measured>, Failure> {
     let heads: Vec<_> = maps.iter().map(|map| (map.name, map.title, map.parameter)).collect();
     let (mut shared, mut alone) = (Vec::new(), Vec::new());
     for (index, map) in maps.into_iter().enumerate() {
@@ -162,21 +163,12 @@ pub(crate) fn measure(
             let own: u64 = map.name.bytes().fold(place as u64, |hash, byte| {
                 hash.wrapping_mul(0x0100_0000_01b3).wrapping_add(u64::from(byte))
             });
-            tasks.push((index, probe, seed.wrapping_add(own)));
+            tasks.push((index, probe, Trial { seed: session.seed.wrapping_add(own), short: session.short }));
         }
     }
-    let progress = Progress::new((shared.len() + alone.len()) as u64, "stability");
-    let work = |(index, probe, seed): (usize, Probe, u64)| {
-        if interrupt.pressed() {
-            return Err("interrupted".into());
-        }
-        let point = probe.run(seed)?;
-        progress.advance(1);
-        Ok((index, point))
-    };
-    let mut points = replicas::in_parallel(threads, shared, work)?;
-    points.extend(replicas::in_parallel(1, alone, work)?);
-    progress.finish();
+    let work = |(index, probe, trial): (usize, Probe, Trial)| Ok((index, probe.run(trial)?));
+    let mut points = session.run_each("stability", shared, work)?;
+    points.extend(session.on_threads(1).run_each("stability, one after the other", alone, work)?);
     let mut measured: Vec<Measured> = heads
         .into_iter()
         .map(|(name, title, parameter)| Measured { name, title, parameter, points: Vec::new() })
@@ -239,15 +231,13 @@ impl Measured {
             }
             for quantity in &point.quantities {
                 let drift = quantity.drift.unwrap_or(Estimate::new(f64::NAN, f64::NAN));
-                let numbers = [
-                    quantity.error.mean,
-                    quantity.error.standard_error,
+                let numbers = row![
+                    quantity.error,
                     quantity.truth_error,
                     quantity.tolerance,
                     quantity.largest_error_bar,
                     quantity.start.unwrap_or(f64::NAN),
-                    drift.mean,
-                    drift.standard_error,
+                    drift,
                 ];
                 let mut cells = std::array::from_fn(|_| String::new());
                 cells[0].clone_from(&quantity.name);

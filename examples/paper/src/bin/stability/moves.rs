@@ -1,7 +1,7 @@
 //! Moves: how large, how long, and what jams them.
 
 use crate::column::{self, Length, run, theory};
-use crate::map::{Findings, Map};
+use crate::map::{Findings, Map, Trial};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, FieldEvent, LocalMoves, Moves};
 use gradient_mc::start::{Positions, RandomInsertion, Start, Theory};
@@ -20,12 +20,13 @@ fn from_start(
     start: impl Start,
     moves: impl FnOnce(&Slab) -> Result<Moves, gradient_mc::Error>,
     length: Length,
-    seed: u64,
+    trial: Trial,
 ) -> Result<Findings, Failure> {
     let scene =
         column::scene(HEIGHT, WIDTH, COLUMN_DENSITY, UniformField::default(), Isothermal::new(temperature)?)?;
     let moves = moves(scene.slab())?;
-    let run = run(Simulation::builder(scene).start(start).moves(moves).seed(seed).build()?, length)?;
+    let run =
+        run(Simulation::builder(scene).start(start).moves(moves).seed(trial.seed).build()?, length, trial)?;
     // Theory between walls is within 0.03 of long runs.
     let center = run.center_of_mass(theory(&scene)?.center_of_mass(), 0.02)?;
     // The dense part, which large moves do not move.
@@ -42,28 +43,28 @@ pub(crate) fn sizes() -> Map {
     for temperature in [20.0, 5.0] {
         let from_above = format!("T = {temperature}, from above");
         for size in SIZES {
-            map.add(&from_above, size, move |seed| {
+            map.add(&from_above, size, move |trial| {
                 let moves = |slab: &Slab| Ok(LocalMoves::new(size, slab)?.into());
-                from_start(temperature, RandomInsertion::default(), moves, LENGTH, seed)
+                from_start(temperature, RandomInsertion::default(), moves, LENGTH, trial)
             });
         }
-        map.add_labeled(&from_above, 10.0, "tuned", move |seed| {
+        map.add_labeled(&from_above, 10.0, "tuned", move |trial| {
             from_start(
                 temperature,
                 RandomInsertion::default(),
                 |_| Ok(LocalMoves::tuned().into()),
                 LENGTH,
-                seed,
+                trial,
             )
         });
     }
     for size in SIZES {
-        map.add("T = 5, theory start", size, move |seed| {
-            from_start(5.0, Theory, |slab| Ok(LocalMoves::new(size, slab)?.into()), LENGTH, seed)
+        map.add("T = 5, theory start", size, move |trial| {
+            from_start(5.0, Theory, |slab| Ok(LocalMoves::new(size, slab)?.into()), LENGTH, trial)
         });
     }
-    map.add_labeled("T = 5, theory start", 10.0, "tuned", |seed| {
-        from_start(5.0, Theory, |_| Ok(LocalMoves::tuned().into()), LENGTH, seed)
+    map.add_labeled("T = 5, theory start", 10.0, "tuned", |trial| {
+        from_start(5.0, Theory, |_| Ok(LocalMoves::tuned().into()), LENGTH, trial)
     });
     map
 }
@@ -80,12 +81,12 @@ pub(crate) fn chain_lengths() -> Map {
             Ok(if local { chains.into() } else { chains.local_moves(None).into() })
         };
         for length in LENGTHS {
-            map.add(label, length, move |seed| {
-                from_start(temperature, RandomInsertion::default(), |_| chains(Some(length)), LENGTH, seed)
+            map.add(label, length, move |trial| {
+                from_start(temperature, RandomInsertion::default(), |_| chains(Some(length)), LENGTH, trial)
             });
         }
-        map.add_labeled(label, 1e9, "tuned", move |seed| {
-            from_start(temperature, RandomInsertion::default(), |_| chains(None), LENGTH, seed)
+        map.add_labeled(label, 1e9, "tuned", move |trial| {
+            from_start(temperature, RandomInsertion::default(), |_| chains(None), LENGTH, trial)
         });
     };
     row("T = 20, relocate", 20.0, FieldEvent::Relocate, true);
@@ -101,14 +102,14 @@ pub(crate) fn jams() -> Map {
     let mut map = Map::new("jammed_start", "Event chains: a lattice whose spheres nearly touch", "gap / d");
     for (label, equilibration) in [("measured at once", 0), ("after 300 sweeps", 300)] {
         for gap in GAPS {
-            map.add(label, gap, move |seed| jam(gap, equilibration, seed));
+            map.add(label, gap, move |trial| jam(gap, equilibration, trial));
         }
     }
     map
 }
 
 /// A simple cubic lattice whose gaps close up across the width.
-fn jam(gap: f64, equilibration: u64, seed: u64) -> Result<Findings, Failure> {
+fn jam(gap: f64, equilibration: u64, trial: Trial) -> Result<Findings, Failure> {
     const SIDE: u32 = 5;
     const LAYERS: u32 = 8;
     const TEMPERATURE: f64 = 2.0;
@@ -122,8 +123,8 @@ fn jam(gap: f64, equilibration: u64, seed: u64) -> Result<Findings, Failure> {
     let temperature = Isothermal::new(TEMPERATURE)?;
     let scene = Scene::new(slab, lattice.len(), UniformField::default(), temperature)?;
     let chains = EventChains::with_length(10.0)?.local_moves(None);
-    let builder = Simulation::builder(scene).start(Positions(lattice)).moves(chains).seed(seed);
-    let run = run(builder.build()?, Length { equilibration, sweeps: 4000 })?;
+    let builder = Simulation::builder(scene).start(Positions(lattice)).moves(chains).seed(trial.seed);
+    let run = run(builder.build()?, Length { equilibration, sweeps: 4000 }, trial)?;
     let center = run.center_of_mass(theory(&scene)?.center_of_mass(), 0.03)?;
     Ok(run.with([center.tolerating(0.01, 0.02)]))
 }

@@ -2,10 +2,8 @@
 
 use crate::map::{Measured, Point};
 use crate::verdict::Outcome;
-use paper::Failure;
 use paper::figure::RGBColor;
 use paper::figure::{Axis, Cell, Figure, Mark, Panel, Place, colors};
-use std::path::Path;
 
 /// Tints of Okabe and Ito's colors, apart for color-blind readers and dark letters readable on all.
 fn color(outcome: Outcome) -> RGBColor {
@@ -27,7 +25,7 @@ const HEAD: f64 = 0.17;
 const TOP: f64 = 92.0;
 
 /// One picture of several maps, one below the other.
-pub(crate) fn draw(title: &str, maps: &[&Measured], path: &Path) -> Result<(), Failure> {
+pub(crate) fn draw(title: &str, maps: &[&Measured]) -> Figure {
     let heights: Vec<f64> =
         maps.iter().map(|map| TITLE + ROW * (rows(map).len() as f64 + 1.0) + 14.0).collect();
     let total = TOP + heights.iter().sum::<f64>();
@@ -41,7 +39,7 @@ pub(crate) fn draw(title: &str, maps: &[&Measured], path: &Path) -> Result<(), F
         figure = figure.panel(panel(map, place));
         top += height;
     }
-    figure.save(path)
+    figure
 }
 
 /// Names of rows, as they first appear.

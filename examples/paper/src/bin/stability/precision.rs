@@ -1,6 +1,6 @@
 //! Single precision: a plain loop in it, and the library, which decides in double.
 
-use crate::map::{Findings, Map};
+use crate::map::{Findings, Map, Trial};
 use crate::said::{self, Said};
 use crate::sizes::overlaps;
 use crate::verdict::Quantity;
@@ -21,7 +21,7 @@ const SPHERES: usize = 160;
 /// Of the plain loop: the start is inserted at random up to half as many diameters from the trough.
 const EXTENT: f64 = 30.0;
 const MAXIMUM_DISPLACEMENT: f64 = 0.01;
-const SWEEPS: u32 = 4000;
+const SWEEPS: u64 = 4000;
 
 /// A trough around a height: gravity turns round there.
 #[derive(Debug, Clone, Copy)]
@@ -45,9 +45,9 @@ pub(crate) fn heights() -> Map {
     let mut map =
         Map::new("single_precision", "Single precision: 160 spheres around a height, S = 0.01", "height / d");
     for height in HEIGHTS {
-        map.add("plain loop, single", height, move |seed| plain(height, single, seed));
-        map.add("plain loop, double", height, move |seed| plain(height, |value| value, seed));
-        map.add("library", height, move |seed| library(height, seed));
+        map.add("plain loop, single", height, move |trial| plain(height, single, trial));
+        map.add("plain loop, double", height, move |trial| plain(height, |value| value, trial));
+        map.add("library", height, move |trial| library(height, trial));
     }
     map
 }
@@ -88,17 +88,18 @@ fn square(a: [f64; 3], b: [f64; 3], kept: &impl Fn(f64) -> f64) -> f64 {
 fn quantities(square: Estimate, pairs: f64) -> [Quantity; 2] {
     let expected = MAXIMUM_DISPLACEMENT * MAXIMUM_DISPLACEMENT / 3.0;
     let steps = Quantity::relative("mean square of steps", square, expected).tolerating(0.03, 0.03);
-    let pairs = Quantity::absolute("overlapping pairs", Estimate::new(pairs, 0.0)).tolerating(0.5, 0.5);
+    let pairs = Quantity::absolute("overlapping pairs", Estimate::exact(pairs)).tolerating(0.5, 0.5);
     [steps, pairs]
 }
 
 /// What one would write first: all pairs, coordinates as they are kept.
-fn plain(height: f64, kept: impl Fn(f64) -> f64, seed: u64) -> Result<Findings, Failure> {
-    let mut generator = Pcg64Mcg::seed_from_u64(seed);
+fn plain(height: f64, kept: impl Fn(f64) -> f64, trial: Trial) -> Result<Findings, Failure> {
+    let mut generator = Pcg64Mcg::seed_from_u64(trial.seed);
     let mut positions = inserted(height, &kept, &mut generator);
     let (mut steps, mut squares, mut pairs) = (0.0, 0.0, 0.0);
     let mut overlapping = None;
-    for sweep in 0..SWEEPS {
+    let sweeps = trial.sweeps(SWEEPS);
+    for sweep in 0..sweeps {
         for _ in 0..SPHERES {
             let sphere = generator.random_range(0..SPHERES);
             let old = positions[sphere];
@@ -137,7 +138,7 @@ fn plain(height: f64, kept: impl Fn(f64) -> f64, seed: u64) -> Result<Findings, 
         // The variance of the square of a uniform number is 4/45.
         quantities: quantities(Estimate::new(mean, mean * (0.8 / steps).sqrt()), pairs).into(),
         said: said.into_iter().collect(),
-        remark: format!("{pairs} overlapping pairs in {} configurations", SWEEPS / 4),
+        remark: format!("{pairs} overlapping pairs in {} configurations", sweeps / 4),
         foreign: true,
     })
 }
@@ -175,16 +176,16 @@ impl Observer for Steps {
     }
 }
 
-fn library(height: f64, seed: u64) -> Result<Findings, Failure> {
+fn library(height: f64, trial: Trial) -> Result<Findings, Failure> {
     let slab = Slab::new(2.0 * height, WIDTH, WIDTH)?;
     let scene = Scene::new(slab, SPHERES, Trough { height }, Isothermal::new(TEMPERATURE)?)?;
-    let positions = inserted(height, |value| value, &mut Pcg64Mcg::seed_from_u64(seed));
+    let positions = inserted(height, |value| value, &mut Pcg64Mcg::seed_from_u64(trial.seed));
     let moves = LocalMoves::new(MAXIMUM_DISPLACEMENT, scene.slab())?;
     let builder = Simulation::builder(scene).start(Positions(vectors(&positions))).moves(moves);
-    let mut simulation = builder.seed(seed).build()?;
+    let mut simulation = builder.seed(trial.seed).build()?;
     let mut steps = Steps::default();
     // A sweep passes through all layers of the box, empty or not.
-    let sweeps = u64::from(if height > 5e4 { SWEEPS / 20 } else { SWEEPS });
+    let sweeps = trial.sweeps(if height > 5e4 { SWEEPS / 20 } else { SWEEPS });
     simulation.run(sweeps, &mut steps)?;
     let mean = steps.squares / steps.count;
     let square = Estimate::new(mean, mean * (0.8 / steps.count).sqrt());

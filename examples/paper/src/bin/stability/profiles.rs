@@ -1,7 +1,7 @@
 //! Fields and temperatures of a user's own that jump, or that have a spike.
 
 use crate::column::{self, Length, run, theory};
-use crate::map::{Findings, Map};
+use crate::map::{Findings, Map, Trial};
 use crate::said;
 use crate::verdict::Quantity;
 use gradient_mc::drive::SelfConsistent;
@@ -85,15 +85,15 @@ pub(crate) fn fields() -> Map {
         };
         for (name, moves) in [("local", local as Maker), ("chains", chains as Maker)] {
             let slab = || Slab::new(HEIGHT, 4.0, 4.0);
-            map.add_labeled(&format!("step of a(x), {name}"), place, &label, move |seed| {
-                one_sphere(FieldFn::new(step, &slab()?)?, step_potential, moves, seed)
+            map.add_labeled(&format!("step of a(x), {name}"), place, &label, move |trial| {
+                one_sphere(FieldFn::new(step, &slab()?)?, step_potential, moves, trial)
             });
-            map.add_labeled(&format!("barrier in φ(x), {name}"), place, &label, move |seed| {
-                one_sphere(Barrier { width }, barrier, moves, seed)
+            map.add_labeled(&format!("barrier in φ(x), {name}"), place, &label, move |trial| {
+                one_sphere(Barrier { width }, barrier, moves, trial)
             });
             if width > 0.0 {
-                map.add_labeled(&format!("spike of a(x), {name}"), place, &label, move |seed| {
-                    one_sphere(FieldFn::new(spike, &slab()?)?, barrier, moves, seed)
+                map.add_labeled(&format!("spike of a(x), {name}"), place, &label, move |trial| {
+                    one_sphere(FieldFn::new(spike, &slab()?)?, barrier, moves, trial)
                 });
             }
         }
@@ -115,15 +115,15 @@ fn one_sphere(
     field: impl Field,
     potential: impl Fn(f64) -> f64,
     moves: Maker,
-    seed: u64,
+    trial: Trial,
 ) -> Result<Findings, Failure> {
     let slab = Slab::new(HEIGHT, 4.0, 4.0)?;
     let scene = Scene::new(slab, 1, field, Isothermal::new(TEMPERATURE)?)?;
     let moves = moves(scene.slab())?;
-    let mut simulation = Simulation::builder(scene).moves(moves).seed(seed).build()?;
-    simulation.equilibrate(10_000, &mut ())?;
+    let mut simulation = Simulation::builder(scene).moves(moves).seed(trial.seed).build()?;
+    simulation.equilibrate(trial.sweeps(10_000), &mut ())?;
     let mut above = Every::new(10, Above::default());
-    simulation.run(500_000, &mut above)?;
+    simulation.run(trial.sweeps(500_000), &mut above)?;
     let measured = blocking(&above.observer.0)?;
     let boltzmann = |height: f64| libm::exp(-(potential(height) - potential(STEP)) / TEMPERATURE);
     let (low, high) = (slab.lowest_center(), slab.highest_center());
@@ -151,14 +151,14 @@ pub(crate) fn temperatures() -> Map {
         let place = if width > 0.0 { width } else { 1e-5 };
         let label = width.to_string();
         for (name, moves) in [("local", local as Maker), ("chains", chains as Maker)] {
-            map.add_labeled(&format!("closure, {name}"), place, &label, move |seed| {
-                column_of(step(width), moves, seed)
+            map.add_labeled(&format!("closure, {name}"), place, &label, move |trial| {
+                column_of(step(width), moves, trial)
             });
             if width > 0.0 {
-                map.add_labeled(&format!("table, {name}"), place, &label, move |seed| {
+                map.add_labeled(&format!("table, {name}"), place, &label, move |trial| {
                     let half = 0.5 * width;
                     let table = vec![(0.0, 3.0), (STEP - half, 3.0), (STEP + half, 1.5), (HEIGHT, 1.5)];
-                    column_of(TabulatedTemperature::new(table)?, moves, seed)
+                    column_of(TabulatedTemperature::new(table)?, moves, trial)
                 });
             }
         }
@@ -166,12 +166,12 @@ pub(crate) fn temperatures() -> Map {
     map
 }
 
-fn column_of(temperature: impl TemperatureProfile, moves: Maker, seed: u64) -> Result<Findings, Failure> {
+fn column_of(temperature: impl TemperatureProfile, moves: Maker, trial: Trial) -> Result<Findings, Failure> {
     let scene = column::scene(HEIGHT, 5.0, 2.0, UniformField::default(), temperature)?;
     let moves = moves(scene.slab())?;
     let best = theory(&scene)?;
-    let builder = Simulation::builder(scene).scheme(SelfConsistent::default()).moves(moves).seed(seed);
-    let run = run(builder.build()?, Length { equilibration: 20_000, sweeps: 30_000 })?;
+    let builder = Simulation::builder(scene).scheme(SelfConsistent::default()).moves(moves).seed(trial.seed);
+    let run = run(builder.build()?, Length { equilibration: 20_000, sweeps: 30_000 }, trial)?;
     let center = run.center_of_mass(best.center_of_mass(), 0.03)?.tolerating(0.01, 0.01);
     let below = run.equation_of_state([1.5, 3.0])?.tolerating(0.015, 0.015);
     let above = run.equation_of_state([5.5, 9.0])?.tolerating(0.015, 0.015);

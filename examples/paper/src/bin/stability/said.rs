@@ -2,7 +2,6 @@
 
 use gradient_mc::drive::Drive;
 use gradient_mc::{Error, Field, Simulation, TemperatureProfile, Warning};
-use std::fmt::{Debug, Display};
 
 /// A warning or an error.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -14,20 +13,17 @@ pub(crate) struct Said {
 }
 
 impl Said {
-    /// Of anything whose `Debug` begins with the name of its variant.
-    fn new(what: &(impl Debug + Display)) -> Self {
-        let name = format!("{what:?}");
-        let name = name.split([' ', '(', '{']).next().unwrap_or_default().to_owned();
-        Self { name, text: what.to_string() }
-    }
-
     pub(crate) fn error(error: &Error) -> Self {
-        let Self { name, text } = Self::new(error);
-        Self { name: format!("Error::{name}"), text }
+        // `Debug` begins with the name of the variant.
+        let name = format!("{error:?}");
+        let name = name.split([' ', '(', '{']).next().unwrap_or_default();
+        Self { name: format!("Error::{name}"), text: error.to_string() }
     }
 
     pub(crate) fn warnings(warnings: &[Warning]) -> Vec<Self> {
-        warnings.iter().map(Self::new).collect()
+        let said =
+            |warning: &Warning| Self { name: format!("{:?}", warning.kind()), text: warning.to_string() };
+        warnings.iter().map(said).collect()
     }
 }
 

@@ -1,7 +1,7 @@
 //! Starts that do not fit, hardly any spheres, and a great many.
 
 use crate::column::{self, Length, run};
-use crate::map::{Findings, Map, cpu_seconds};
+use crate::map::{Findings, Map, Trial};
 use crate::said;
 use crate::verdict::Quantity;
 use gradient_mc::field::UniformField;
@@ -12,6 +12,7 @@ use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Scene, Simulation, Slab};
 use paper::Failure;
+use paper::clock::cpu_seconds;
 
 /// Density of a start by random insertion, and how full a box may be for the others.
 pub(crate) fn starts() -> Map {
@@ -19,28 +20,29 @@ pub(crate) fn starts() -> Map {
     let mut map =
         Map::new("start", "Starts: spheres placed, in a box of the same density", "number density n d³");
     for density in DENSITIES {
-        map.add("random insertion", density, move |seed| start(RandomInsertion::new(density), density, seed));
-        map.add("theory", density, move |seed| start(Theory, density, seed));
-        map.add("compact", density, move |seed| start(ClosePacked, density, seed));
+        map.add("random insertion", density, move |trial| {
+            start(RandomInsertion::new(density), density, trial)
+        });
+        map.add("theory", density, move |trial| start(Theory, density, trial));
+        map.add("compact", density, move |trial| start(ClosePacked, density, trial));
     }
     map
 }
 
 /// What is asked of a start is that it places all spheres where they may be.
-fn start(start: impl Start, density: f64, seed: u64) -> Result<Findings, Failure> {
+fn start(start: impl Start, density: f64, trial: Trial) -> Result<Findings, Failure> {
     let (height, width) = (12.0, 6.0);
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let particles = (density * height * width * width).round() as usize;
+    let particles = paper::study::count(density * height * width * width);
     let scene = Scene::new(
         Slab::new(height, width, width)?,
         particles,
         UniformField::default(),
         Isothermal::new(10.0)?,
     )?;
-    let simulation = Simulation::builder(scene).start(start).seed(seed).build()?;
+    let simulation = Simulation::builder(scene).start(start).seed(trial.seed).build()?;
     let missing =
         (particles - simulation.positions().len()) as f64 + overlaps(&simulation.positions(), width).0;
-    let quantity = Quantity::absolute("spheres missing or overlapping", Estimate::new(missing, 0.0));
+    let quantity = Quantity::absolute("spheres missing or overlapping", Estimate::exact(missing));
     Ok(Findings { quantities: vec![quantity.tolerating(0.5, 0.5)], ..Findings::default() })
 }
 
@@ -78,7 +80,7 @@ pub(crate) fn few() -> Map {
     };
     for name in ["local, S = 0.75", "tuned", "chains", "chains alone"] {
         for spheres in [1_u32, 2, 3] {
-            map.add(name, spheres.into(), move |seed| {
+            map.add(name, spheres.into(), move |trial| {
                 let scene = column::scene(
                     60.0,
                     3.0,
@@ -87,9 +89,9 @@ pub(crate) fn few() -> Map {
                     Isothermal::new(1.0)?,
                 )?;
                 let moves = moves(name, scene.slab())?;
-                let simulation = Simulation::builder(scene).moves(moves).seed(seed).build()?;
+                let simulation = Simulation::builder(scene).moves(moves).seed(trial.seed).build()?;
                 let sweeps = 400_000;
-                let run = run(simulation, Length { equilibration: sweeps / 10, sweeps })?;
+                let run = run(simulation, Length { equilibration: sweeps / 10, sweeps }, trial)?;
                 // One: ½ + T. Two: quadrature of exp(−Δ/T)[9 − π(1 − Δ²)₊] over the height difference. Three: the contact
                 // theorem alone.
                 let exact = [1.5, 1.567_105_973_366_81];
@@ -109,7 +111,7 @@ pub(crate) fn many() -> Map {
     map.alone = true;
     for spheres in [1e3, 1e4, 1e5, 1e6] {
         for (name, chains) in [("local, S = 0.5", false), ("chains", true)] {
-            map.add(name, spheres, move |seed| crowd(spheres, chains, seed));
+            map.add(name, spheres, move |trial| crowd(spheres, chains, trial));
         }
     }
     map
@@ -123,7 +125,8 @@ fn memory() -> Option<f64> {
     Some(1024.0 * kibibytes)
 }
 
-fn crowd(spheres: f64, chains: bool, seed: u64) -> Result<Findings, Failure> {
+fn crowd(spheres: f64, chains: bool, trial: Trial) -> Result<Findings, Failure> {
+    let spheres = if trial.short { spheres.min(1e4) } else { spheres };
     let before = memory();
     let scene =
         column::scene(200.0, (spheres / 40.0).sqrt(), 40.0, UniformField::default(), Isothermal::new(20.0)?)?;
@@ -133,7 +136,7 @@ fn crowd(spheres: f64, chains: bool, seed: u64) -> Result<Findings, Failure> {
         LocalMoves::new(0.5, scene.slab())?.into()
     };
     let mut simulation =
-        Simulation::builder(scene).start(RandomInsertion::new(0.2)).moves(moves).seed(seed).build()?;
+        Simulation::builder(scene).start(RandomInsertion::new(0.2)).moves(moves).seed(trial.seed).build()?;
     let first = simulation.frame().heights().sum::<f64>() / scene.particles() as f64;
     simulation.equilibrate(2, &mut ())?;
     let (start, move_counts) = (cpu_seconds(), *simulation.move_counts());
@@ -146,7 +149,7 @@ fn crowd(spheres: f64, chains: bool, seed: u64) -> Result<Findings, Failure> {
     let mut quantity = Quantity::relative("center of mass", center_of_mass.estimate()?, truth);
     quantity.start = Some(first / truth - 1.0);
     let drift = center_of_mass.drift()?;
-    quantity.drift = Some(Estimate::new(drift.mean / truth, drift.standard_error / truth));
+    quantity.drift = Some(drift / truth);
     let remark = format!(
         "{:.0} ns per move, {} bytes more per sphere",
         1e9 * seconds / (made.trials + made.events).max(1) as f64,

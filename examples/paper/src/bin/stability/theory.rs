@@ -1,7 +1,7 @@
 //! Theory beyond its domain: equations of state in columns that freeze, and steep profiles.
 
 use crate::column::{self, Length, particles, run};
-use crate::map::{Findings, Map, cpu_seconds};
+use crate::map::{Findings, Map, Trial};
 use crate::said::Said;
 use crate::verdict::Quantity;
 use gradient_mc::drive::SelfConsistent;
@@ -15,6 +15,7 @@ use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{HydrostaticProfile, Hydrostatics, Simulation, Slab};
 use paper::Failure;
+use paper::clock::cpu_seconds;
 
 /// Equations of state where the column freezes.
 pub(crate) fn equations() -> Map {
@@ -42,12 +43,12 @@ fn compare(equation_of_state: impl EquationOfState + Clone, temperature: f64) ->
         .between_walls(&slab, 40.0)?;
     let profile = Hydrostatics::new(UniformField::default(), temperature, equation_of_state)
         .between_walls(&slab, 40.0)?;
-    Ok(against(&profile, Estimate::new(best.center_of_mass(), 0.0)))
+    Ok(against(&profile, Estimate::exact(best.center_of_mass())))
 }
 
 /// The center of mass of a profile against a true one.
 fn against(profile: &HydrostaticProfile, truth: Estimate) -> Findings {
-    let measured = Estimate::new(profile.center_of_mass(), 0.0);
+    let measured = Estimate::exact(profile.center_of_mass());
     let mut quantity = Quantity::relative("center of mass", measured, truth.mean);
     quantity.truth_error = truth.standard_error / truth.mean;
     Findings {
@@ -64,13 +65,13 @@ pub(crate) fn steep() -> Map {
         Map::new("steep_field", "Local theory: columns of few layers, against simulation", "T / mgd");
     for density in [0.1, 1.0, 4.0] {
         for temperature in TEMPERATURES {
-            map.add(&format!("N/A = {density}"), temperature, move |seed| cold(density, temperature, seed));
+            map.add(&format!("N/A = {density}"), temperature, move |trial| cold(density, temperature, trial));
         }
     }
     map
 }
 
-fn cold(density: f64, temperature: f64, seed: u64) -> Result<Findings, Failure> {
+fn cold(density: f64, temperature: f64, trial: Trial) -> Result<Findings, Failure> {
     // Enough spheres that one more or less does not matter: their own volume is not excluded to themselves.
     let width = if density < 2.0 { 12.0 } else { 6.0 };
     let scene = column::scene(
@@ -81,14 +82,13 @@ fn cold(density: f64, temperature: f64, seed: u64) -> Result<Findings, Failure> 
         Isothermal::new(temperature)?,
     )?;
     let spheres = particles(density, width) as f64;
-    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-    let sweeps = (4e6 / spheres) as u64;
+    let sweeps = paper::study::count((4e6 / spheres).floor()) as u64;
     let before = cpu_seconds();
     let moves = LocalMoves::tuned();
-    let simulation = Simulation::builder(scene).moves(moves).seed(seed).build()?;
-    let run = run(simulation, Length { equilibration: sweeps / 4, sweeps })?;
+    let simulation = Simulation::builder(scene).moves(moves).seed(trial.seed).build()?;
+    let run = run(simulation, Length { equilibration: sweeps / 4, sweeps }, trial)?;
     let measured = run.center_of_mass(1.0, 0.0)?;
-    let truth = Estimate::new(1.0 + measured.error.mean, measured.error.standard_error);
+    let truth = 1.0 + measured.error;
     let seconds = cpu_seconds() - before;
     let mut findings = against(&column::theory(&scene)?, truth);
     findings.remark = format!("simulated h_c {truth}, {seconds:.1} s");
@@ -104,23 +104,24 @@ pub(crate) fn steep_temperatures() -> Map {
         "decay rate β of the temperature",
     );
     for rate in RATES {
-        map.add("theory against simulation", rate, move |seed| falling(rate, true, seed));
-        map.add("P/(nTZ) where spheres are", rate, move |seed| falling(rate, false, seed));
+        map.add("theory against simulation", rate, move |trial| falling(rate, true, trial));
+        map.add("P/(nTZ) where spheres are", rate, move |trial| falling(rate, false, trial));
     }
     map
 }
 
-fn falling(rate: f64, theory: bool, seed: u64) -> Result<Findings, Failure> {
+fn falling(rate: f64, theory: bool, trial: Trial) -> Result<Findings, Failure> {
     let temperature = ExponentialTemperature::new(5.0, rate)?;
     // Below T = 1e-6 there is nothing to see.
     let height = (14.0 / rate).min(80.0);
     let scene = column::scene(height, 6.0, 2.0, UniformField::default(), temperature)?;
     let builder = Simulation::builder(scene).scheme(SelfConsistent::default()).moves(LocalMoves::tuned());
-    let run = run(builder.seed(seed).build()?, Length { equilibration: 30_000, sweeps: 60_000 })?;
+    let run =
+        run(builder.seed(trial.seed).build()?, Length { equilibration: 30_000, sweeps: 60_000 }, trial)?;
     let best = column::theory(&scene)?;
     if theory {
         let measured = run.center_of_mass(1.0, 0.0)?;
-        let truth = Estimate::new(1.0 + measured.error.mean, measured.error.standard_error);
+        let truth = 1.0 + measured.error;
         let mut findings = against(&best, truth);
         findings.remark = format!("simulated h_c {truth}");
         return Ok(findings);

@@ -53,7 +53,7 @@ impl Outcome {
 impl Quantity {
     /// `measured` against `truth`, relative to the latter.
     pub(crate) fn relative(name: &str, measured: Estimate, truth: f64) -> Self {
-        let error = Estimate::new(measured.mean / truth - 1.0, measured.standard_error / truth.abs());
+        let error = measured / truth - 1.0;
         Self::absolute(name, error)
     }
 

@@ -7,8 +7,9 @@ use rand_pcg::Pcg64Mcg;
 
 const NONE: usize = usize::MAX;
 
+/// Hard spheres in a slab with a square base.
 #[derive(Debug)]
-pub(crate) struct PlainColumn {
+pub struct PlainColumn {
     height: f64,
     width: f64,
     temperature: f64,
@@ -22,7 +23,7 @@ pub(crate) struct PlainColumn {
 
 impl PlainColumn {
     /// Takes over positions in a slab with a square base.
-    pub(crate) fn new(
+    pub fn new(
         height: f64,
         width: f64,
         temperature: f64,
@@ -92,13 +93,12 @@ impl PlainColumn {
     }
 
     /// Centers of the spheres.
-    #[allow(dead_code, reason = "one of the benches looks")]
-    pub(crate) fn positions(&self) -> &[[f64; 3]] {
+    pub fn positions(&self) -> &[[f64; 3]] {
         &self.positions
     }
 
     /// As many trials as there are spheres.
-    pub(crate) fn sweep(&mut self) {
+    pub fn sweep(&mut self) {
         for _ in 0..self.positions.len() {
             let sphere = self.generator.random_range(0..self.positions.len());
             let old = self.positions[sphere];
@@ -133,6 +133,52 @@ impl PlainColumn {
                 self.heads[to] = sphere;
             }
             self.positions[sphere] = trial;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_sphere_has_the_height_of_the_barometer() {
+        let (height, temperature) = (30.0, 1.5);
+        let start = Vector3::new(2.0, 1.0, 1.0);
+        let mut column = PlainColumn::new(height, 4.0, temperature, 1.5, &[start], 1);
+        let sweeps = 400_000;
+        let sum: f64 = (0..sweeps)
+            .map(|_| {
+                column.sweep();
+                column.positions()[0][0]
+            })
+            .sum();
+        // Error of the mean: T sqrt(2 τ/sweeps) with τ of some twenty sweeps.
+        let error = temperature * (2.0 * 20.0 / f64::from(sweeps)).sqrt();
+        let mean = sum / f64::from(sweeps);
+        assert!((mean - 0.5 - temperature).abs() < 4.0 * error, "{mean}, {error}");
+    }
+
+    #[test]
+    fn spheres_never_overlap() {
+        let positions: Vec<Vector3<f64>> = (0..27_u32)
+            .map(|index| {
+                let at = |digit: u32| 0.6 + 1.3 * f64::from(digit % 3);
+                Vector3::new(at(index), at(index / 3), at(index / 9))
+            })
+            .collect();
+        let mut column = PlainColumn::new(8.0, 4.0, 1.0, 0.4, &positions, 2);
+        (0..500).for_each(|_| column.sweep());
+        for (index, one) in column.positions().iter().enumerate() {
+            for other in &column.positions()[..index] {
+                let across = |axis: usize| {
+                    let distance = (one[axis] - other[axis]).abs();
+                    distance.min(4.0 - distance)
+                };
+                let square: f64 =
+                    [one[0] - other[0], across(1), across(2)].map(|part| part * part).iter().sum();
+                assert!(square >= 1.0, "{square}");
+            }
         }
     }
 }

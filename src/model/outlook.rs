@@ -12,7 +12,7 @@ use super::planned_drive::constant_temperature;
 use super::total_variation::{densities, total_variation_distance};
 use crate::equation_of_state::{FREEZING, FluidSolid, ModifiedKolafa};
 use crate::hydrostatics::DomainExit;
-use crate::{Error, Field, HydrostaticProfile, Hydrostatics, Scene, TemperatureProfile};
+use crate::{Error, Field, HydrostaticProfile, Scene, TemperatureProfile};
 
 /// Spheres per area of a wall that the theory between walls puts into the wrong bin, as a function of the packing fraction at the wall.
 ///
@@ -54,15 +54,13 @@ impl Outlook {
         let slab = scene.slab();
         let column_density = scene.column_density();
         let ideal = IdealColumn::new(scene)?;
-        let fluid = Hydrostatics::new(scene.field(), scene.temperature(), ModifiedKolafa)
-            .between_walls(slab, column_density);
+        let fluid = scene.hydrostatics(&ModifiedKolafa);
         let (theory, freezing) = match fluid {
             Ok(profile) if profile.domain_exit().is_none() => (profile, None),
             // No fluid carries the weight, or one that would freeze.
             fluid => {
                 let exit = fluid.ok().and_then(|profile| profile.domain_exit());
-                let both = Hydrostatics::new(scene.field(), scene.temperature(), FluidSolid::default())
-                    .between_walls(slab, column_density)?;
+                let both = scene.hydrostatics(&FluidSolid::default())?;
                 let exit = exit.or_else(|| frozen_part(&both));
                 (both, exit)
             }

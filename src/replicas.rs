@@ -1,0 +1,437 @@
+//! Independent replicas of a run on all cores.
+
+use crate::statistics::{Estimate, mean_of_replicas};
+use crate::{Error, Merge, ObserverError};
+use std::fmt;
+use std::num::NonZero;
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::thread;
+
+/// Runs one piece of work several times, each with a seed of its own, on all cores.
+///
+/// Results come in the order of the replicas, and are the same to the last bit for any number of threads. Independent
+/// replicas use cores better than threads within one run, give an error that owes nothing to an analysis of correlations
+/// ([`Outcome::scatter`]), and show what a single run cannot: that runs do not agree.
+///
+/// ```
+/// use gradient_mc::observers::CenterOfMass;
+/// use gradient_mc::{Replicas, Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 36, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let outcome = Replicas::new(4).seed(1).run(|replica| {
+///     let mut simulation = Simulation::builder(scene).seed(replica.seed()).build()?;
+///     simulation.equilibrate(200, &mut ())?;
+///     let mut center_of_mass = CenterOfMass::new();
+///     simulation.run(400, &mut center_of_mass)?;
+///     Ok(center_of_mass)
+/// })?;
+/// println!("error from blocks: {}", outcome.merged()?.estimate()?);
+/// println!("error from replicas: {}", outcome.scatter(|observer| observer.estimate())?);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
+///
+/// Work that needs several observers returns a tuple; what cannot be merged, such as warnings, may be in it too, and then
+/// [`Merge::pooled`] merges the rest.
+///
+/// # Seeds
+/// Replica r of parameter p has the seed m(m(m(seed + g) + (p + 1)g) + (r + 1)g), with the bijection m and the odd g of
+/// `SplitMix64` (Steele, Lea and Flood, doi:10.1145/2660193.2660195). So the seeds of one set of replicas are all different, and those
+/// of neighboring seeds have nothing in common; `seed + r`, in contrast, gives the second replica of seed 1 the
+/// run of the first of seed 2.
+#[derive(Clone, Copy)]
+pub struct Replicas<'a> {
+    count: usize,
+    seed: u64,
+    threads: usize,
+    after_each: Option<&'a (dyn Fn(usize) -> ControlFlow<()> + Sync)>,
+}
+
+impl fmt::Debug for Replicas<'_> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("Replicas")
+            .field("count", &self.count)
+            .field("seed", &self.seed)
+            .field("threads", &self.threads)
+            .finish_non_exhaustive()
+    }
+}
+
+/// Which replica a piece of work is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Replica {
+    index: usize,
+    seed: u64,
+}
+
+impl Replica {
+    /// Its number among the replicas of its parameters, from 0.
+    #[must_use]
+    pub fn index(&self) -> usize {
+        self.index
+    }
+
+    /// Its seed, for [`SimulationBuilder::seed`](crate::SimulationBuilder::seed).
+    #[must_use]
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+}
+
+impl<'a> Replicas<'a> {
+    /// So many replicas, with seed 0, on all cores.
+    #[must_use]
+    pub fn new(count: usize) -> Self {
+        Self { count, seed: 0, threads: 0, after_each: None }
+    }
+
+    /// The seed that those of the replicas are made of.
+    #[must_use]
+    pub fn seed(self, seed: u64) -> Self {
+        Self { seed, ..self }
+    }
+
+    /// On so many threads; 0, the default, stands for as many as there are cores.
+    #[must_use]
+    pub fn threads(self, threads: usize) -> Self {
+        Self { threads, ..self }
+    }
+
+    /// Calls `observe` whenever a replica is finished, with the number that are: to show progress. If it answers
+    /// [`ControlFlow::Break`], no other is begun, and the outcome has those that were (which these are then depends on
+    /// the number of threads). It is called from all threads.
+    #[must_use]
+    pub fn after_each(self, observe: &'a (dyn Fn(usize) -> ControlFlow<()> + Sync)) -> Self {
+        Self { after_each: Some(observe), ..self }
+    }
+
+    /// Number of threads that it will run on, if there are as many replicas.
+    #[must_use]
+    pub fn thread_count(&self) -> usize {
+        if self.threads > 0 { self.threads } else { thread::available_parallelism().map_or(1, NonZero::get) }
+    }
+
+    /// Does `work` for every replica.
+    ///
+    /// # Errors
+    /// [`Error::Replica`] with the first replica, in their order, that failed, and its own error; no other is begun once
+    /// one has failed.
+    ///
+    /// # Panics
+    /// As `work` does, after the replicas under way on other threads.
+    pub fn run<R: Send>(
+        &self,
+        work: impl Fn(Replica) -> Result<R, ObserverError> + Sync,
+    ) -> Result<Outcome<R>, Error> {
+        let outcomes = self.run_each(&[()], |(), replica| work(replica))?;
+        Ok(outcomes.into_iter().next().unwrap_or(Outcome { replicas: Vec::new() }))
+    }
+
+    /// Does `work` for every replica of each of several parameters: a sweep over temperatures, say. One outcome for each
+    /// parameter, in their order.
+    ///
+    /// ```
+    /// use gradient_mc::observers::CenterOfMass;
+    /// use gradient_mc::{Replicas, Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+    /// let temperatures = [4.0, 6.0, 8.0];
+    /// let outcomes = Replicas::new(2).seed(1).run_each(&temperatures, |&temperature, replica| {
+    ///     let slab = Slab::new(100.0, 6.0, 6.0)?;
+    ///     let scene = Scene::new(slab, 36, UniformField::default(), Isothermal::new(temperature)?)?;
+    ///     let mut center_of_mass = CenterOfMass::new();
+    ///     Simulation::builder(scene).seed(replica.seed()).build()?.run(200, &mut center_of_mass)?;
+    ///     Ok(center_of_mass)
+    /// })?;
+    /// for (temperature, outcome) in temperatures.iter().zip(&outcomes) {
+    ///     println!("{temperature}  {}", outcome.merged()?.estimate()?);
+    /// }
+    /// # Ok::<(), gradient_mc::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`run`](Self::run); replicas are counted through all parameters.
+    ///
+    /// # Panics
+    /// As [`run`](Self::run).
+    pub fn run_each<P: Sync, R: Send>(
+        &self,
+        parameters: &[P],
+        work: impl Fn(&P, Replica) -> Result<R, ObserverError> + Sync,
+    ) -> Result<Vec<Outcome<R>>, Error> {
+        let replica = |number: usize| {
+            let index = number % self.count;
+            Replica { index, seed: seed_of(self.seed, number / self.count, index) }
+        };
+        let (next, finished) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let stop = AtomicBool::new(false);
+        let total = parameters.len() * self.count;
+        let worker = || {
+            let mut results = Vec::new();
+            while !stop.load(Ordering::SeqCst) {
+                let number = next.fetch_add(1, Ordering::SeqCst);
+                if number >= total {
+                    break;
+                }
+                let guard = StopOnPanic(&stop);
+                let result = work(&parameters[number / self.count], replica(number));
+                let finished = finished.fetch_add(1, Ordering::SeqCst) + 1;
+                let goes_on = self.after_each.is_none_or(|observe| observe(finished).is_continue());
+                if result.is_err() || !goes_on {
+                    stop.store(true, Ordering::SeqCst);
+                }
+                drop(guard);
+                results.push((number, result));
+            }
+            results
+        };
+        let mut results = thread::scope(|scope| {
+            let helpers = self.thread_count().min(total).saturating_sub(1);
+            let helpers: Vec<_> = (0..helpers).map(|_| scope.spawn(worker)).collect();
+            // The caller's thread is one of them.
+            let mut results = worker();
+            for helper in helpers {
+                results.extend(helper.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
+            }
+            results
+        });
+        results.sort_by_key(|(number, _)| *number);
+        let mut outcomes: Vec<Outcome<R>> =
+            parameters.iter().map(|_| Outcome { replicas: Vec::with_capacity(self.count) }).collect();
+        // Replicas are begun in their order, so those before the first that fails have all been finished: which one it
+        // is does not depend on the number of threads.
+        for (number, result) in results {
+            let seed = replica(number).seed;
+            let result = result.map_err(|source| Error::Replica { replica: number, seed, source })?;
+            outcomes[number / self.count].replicas.push(result);
+        }
+        Ok(outcomes)
+    }
+}
+
+/// Keeps other threads from beginning more while this one unwinds.
+struct StopOnPanic<'a>(&'a AtomicBool);
+
+impl Drop for StopOnPanic<'_> {
+    fn drop(&mut self) {
+        if thread::panicking() {
+            self.0.store(true, Ordering::SeqCst);
+        }
+    }
+}
+
+/// The seed of a replica; see [`Replicas`].
+fn seed_of(seed: u64, parameter: usize, index: usize) -> u64 {
+    const GAMMA: u64 = 0x9e37_79b9_7f4a_7c15;
+    let step = |number: usize| GAMMA.wrapping_mul((number as u64).wrapping_add(1));
+    let mixed = mix(seed.wrapping_add(GAMMA));
+    mix(mix(mixed.wrapping_add(step(parameter))).wrapping_add(step(index)))
+}
+
+/// The finalizer of `SplitMix64`.
+fn mix(mut bits: u64) -> u64 {
+    bits = (bits ^ (bits >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    bits = (bits ^ (bits >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    bits ^ (bits >> 31)
+}
+
+/// What the replicas have returned, in their order.
+#[derive(Debug, Clone)]
+pub struct Outcome<R> {
+    replicas: Vec<R>,
+}
+
+impl<R> Outcome<R> {
+    /// What each replica has returned.
+    #[must_use]
+    pub fn replicas(&self) -> &[R] {
+        &self.replicas
+    }
+
+    /// The same, to keep.
+    #[must_use]
+    pub fn into_replicas(self) -> Vec<R> {
+        self.replicas
+    }
+
+    /// All replicas in one, whose own errors come from blocks.
+    ///
+    /// # Errors
+    /// [`Error::TooFewObservations`] without replicas; those of [`Merge::merge`].
+    pub fn merged(&self) -> Result<R, Error>
+    where
+        R: Merge + Clone,
+    {
+        R::pooled(&self.replicas)
+    }
+
+    /// The mean of an estimate over the replicas, all with the same weight, with the error from their scatter: the
+    /// errors of the single estimates are not used. See [`mean_of_replicas`] for how well it is known.
+    ///
+    /// # Errors
+    /// [`Error::TooFewObservations`] below two replicas; those of `estimate`.
+    pub fn scatter(&self, estimate: impl Fn(&R) -> Result<Estimate, Error>) -> Result<Estimate, Error> {
+        let means: Result<Vec<f64>, Error> =
+            self.replicas.iter().map(|replica| Ok(estimate(replica)?.mean)).collect();
+        mean_of_replicas(&means?)
+    }
+
+    /// The same for each of several estimates, such as those of the bins of a profile.
+    ///
+    /// # Errors
+    /// As [`scatter`](Self::scatter); [`Error::InvalidParameter`] unless all replicas have the same number of estimates.
+    pub fn scatter_each(
+        &self,
+        estimates: impl Fn(&R) -> Result<Vec<Estimate>, Error>,
+    ) -> Result<Vec<Estimate>, Error> {
+        let of_all = self.replicas.iter().map(estimates).collect::<Result<Vec<_>, Error>>()?;
+        let length = of_all.first().map_or(0, Vec::len);
+        if let Some(other) = of_all.iter().find(|estimates| estimates.len() != length) {
+            let requirement = "it must be the same in all replicas";
+            let (name, value) = ("number of estimates of a replica", other.len() as f64);
+            return Err(Error::InvalidParameter { name, value, requirement });
+        }
+        if of_all.len() < 2 {
+            return Err(Error::TooFewObservations {
+                what: "replicas for a scatter",
+                available: of_all.len(),
+                needed: 2,
+            });
+        }
+        let over_replicas = |index: usize| {
+            let means: Vec<f64> = of_all.iter().map(|estimates| estimates[index].mean).collect();
+            mean_of_replicas(&means)
+        };
+        (0..length).map(over_replicas).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::field::UniformField;
+    use crate::observers::{Bins, CenterOfMass, DensityProfile};
+    use crate::temperature::Isothermal;
+    use crate::{Scene, Simulation, Slab};
+    use std::collections::HashSet;
+    use std::sync::Mutex;
+
+    #[test]
+    fn seeds_are_as_documented_and_all_different() {
+        // Computed apart, in arithmetic of any length.
+        let golden = [
+            (0, 0, 0, 0x2382_75bc_38fc_be91),
+            (1, 0, 0, 0xb18a_02f4_6d8d_86c3),
+            (1, 0, 1, 0xf8c5_b62c_83f7_07e8),
+            (1, 1, 0, 0x9edb_e9bd_18ad_781d),
+            (u64::MAX, 5, 7, 0x03c2_6cab_c8d7_17d9),
+        ];
+        for (seed, parameter, index, expected) in golden {
+            assert_eq!(seed_of(seed, parameter, index), expected, "{seed} {parameter} {index}");
+        }
+        let mut seeds = HashSet::new();
+        for seed in 0..64 {
+            for (parameter, index) in
+                (0..16).flat_map(|parameter| (0..64).map(move |index| (parameter, index)))
+            {
+                assert!(seeds.insert(seed_of(seed, parameter, index)));
+            }
+        }
+    }
+
+    type Observed = (CenterOfMass, DensityProfile);
+
+    fn run(threads: usize) -> Outcome<Observed> {
+        let slab = Slab::new(60.0, 6.0, 6.0).unwrap();
+        let scene = Scene::new(slab, 36, UniformField::default(), Isothermal::new(5.0).unwrap()).unwrap();
+        let work = |replica: Replica| -> Result<Observed, ObserverError> {
+            let mut simulation = Simulation::builder(scene).seed(replica.seed()).build()?;
+            simulation.equilibrate(100, &mut ())?;
+            let mut observers = (CenterOfMass::new(), DensityProfile::new(&slab, Bins::count(6))?);
+            // Unequal lengths, so that threads finish out of order.
+            simulation.run(200 + 100 * (replica.index() as u64 % 3), &mut observers)?;
+            Ok(observers)
+        };
+        Replicas::new(7).seed(5).threads(threads).run(work).unwrap()
+    }
+
+    #[test]
+    fn bits_do_not_depend_on_the_number_of_threads() {
+        let text = |outcome: &Outcome<Observed>| {
+            let (center, density) = outcome.merged().unwrap();
+            format!(
+                "{:?} {:?} {:?}",
+                outcome.replicas(),
+                center.estimate().unwrap(),
+                density.points().unwrap()
+            )
+        };
+        let one = run(1);
+        let scatter = one.scatter(|(center, _)| center.estimate()).unwrap();
+        assert!(scatter.standard_error > 0.0);
+        let densities = |outcome: &Outcome<Observed>| {
+            let densities = |(_, density): &Observed| {
+                Ok(density.points()?.iter().map(|point| point.number_density).collect())
+            };
+            outcome.scatter_each(densities).unwrap()
+        };
+        for threads in [2, 3, 16] {
+            let other = run(threads);
+            assert_eq!(text(&one), text(&other));
+            assert_eq!(other.scatter(|(center, _)| center.estimate()).unwrap(), scatter);
+            assert_eq!(format!("{:?}", densities(&one)), format!("{:?}", densities(&other)));
+        }
+    }
+
+    #[test]
+    fn the_first_that_fails_is_named_with_its_error() {
+        for threads in [1, 2, 8] {
+            let begun = Mutex::new(HashSet::new());
+            let failed = Replicas::new(100).threads(threads).run_each(&["a", "b"], |&name, replica| {
+                begun.lock().unwrap().insert((name, replica.index()));
+                if replica.index() % 5 == 3 {
+                    Err(format!("no {name}{}", replica.index()).into())
+                } else {
+                    Ok(())
+                }
+            });
+            let Err(Error::Replica { replica: 3, seed, source }) = failed else { panic!("{failed:?}") };
+            assert_eq!((seed, source.to_string()), (seed_of(0, 0, 3), "no a3".to_owned()));
+            assert!(begun.lock().unwrap().len() < 3 + 2 * threads, "{begun:?}");
+        }
+    }
+
+    #[test]
+    fn a_panic_reaches_the_caller_and_hangs_nobody() {
+        for threads in [1, 3] {
+            let begun = AtomicUsize::new(0);
+            let caught = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
+                Replicas::new(1000).threads(threads).run(|replica| {
+                    begun.fetch_add(1, Ordering::SeqCst);
+                    assert!(replica.index() != 4, "the fifth");
+                    Ok(())
+                })
+            }));
+            let panic = caught.unwrap_err();
+            assert_eq!(panic.downcast_ref::<&str>(), Some(&"the fifth"));
+            assert!(begun.load(Ordering::SeqCst) < 1000);
+        }
+    }
+
+    #[test]
+    fn progress_is_seen_and_can_stop() {
+        let seen = Mutex::new(Vec::new());
+        let observe = |finished: usize| {
+            seen.lock().unwrap().push(finished);
+            if finished == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        };
+        let replicas = Replicas::new(10).threads(1).after_each(&observe);
+        let outcome = replicas.run(|replica| Ok(replica.index())).unwrap();
+        assert_eq!((outcome.replicas(), &seen.lock().unwrap()[..]), (&[0, 1, 2][..], &[1, 2, 3][..]));
+        let none = Replicas::new(0).run(|_| Ok(CenterOfMass::new())).unwrap();
+        assert!(matches!(none.merged(), Err(Error::TooFewObservations { available: 0, .. })));
+        assert!(matches!(none.scatter(CenterOfMass::estimate), Err(Error::TooFewObservations { .. })));
+        assert!(matches!(none.scatter_each(|_| Ok(Vec::new())), Err(Error::TooFewObservations { .. })));
+        let uneven = Replicas::new(2).run(|replica| Ok(replica.index())).unwrap();
+        let lengths = uneven.scatter_each(|&index| Ok(vec![Estimate::exact(1.0); index]));
+        assert!(matches!(lengths, Err(Error::InvalidParameter { .. })));
+    }
+}

@@ -1,0 +1,86 @@
+//! The kinds of warnings.
+
+use crate::Warning;
+use std::fmt;
+
+macro_rules! kinds {
+    ($($variant:ident $words:literal),+ $(,)?) => {
+        /// What a [`Warning`] is about, without its numbers: to count, filter and look up by.
+        ///
+        /// ```
+        /// use gradient_mc::{Warning, WarningKind};
+        /// let warning = Warning::LidTooLow { lid: 30.0, pressure_ratio: 0.02 };
+        /// assert_eq!(warning.kind(), WarningKind::LidTooLow);
+        /// assert_eq!(warning.kind().to_string(), "lid too low");
+        /// ```
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+        #[non_exhaustive]
+        pub enum WarningKind {
+            $(
+                #[doc = concat!("[`Warning::", stringify!($variant), "`]")]
+                $variant,
+            )+
+        }
+
+        impl Warning {
+            /// What this is about, without its numbers.
+            #[must_use]
+            pub fn kind(&self) -> WarningKind {
+                match self {
+                    $(Self::$variant { .. } => WarningKind::$variant,)+
+                }
+            }
+        }
+
+        impl fmt::Display for WarningKind {
+            fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+                formatter.pad(match self {
+                    $(Self::$variant => $words,)+
+                })
+            }
+        }
+    };
+}
+kinds! {
+    TooShort "too short to be judged",
+    LowAcceptance "low acceptance",
+    NotMixed "not mixed",
+    NothingMoved "nothing has moved",
+    FarFromTheory "far from theory",
+    FeedbackNotConverged "feedback not converged",
+    CountingNoise "counting noise",
+    ChangesWhileMeasuring "changes while measuring",
+    LidTooLow "lid too low",
+    Metastable "beyond freezing",
+    BoxIncommensurate "box incommensurate",
+    NarrowBox "narrow box",
+    EmptyBins "empty bins",
+    ThinBins "thin bins",
+    WideBins "wide bins",
+    OutsideDomain "outside the domain",
+    InaccurateEquation "inaccurate equation of state",
+    SteepGradient "steep gradient",
+    DensityJump "density jump",
+    NoTheory "no theory",
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::HashMap;
+
+    #[test]
+    fn warnings_can_be_counted_by_kind() {
+        let warnings = [
+            Warning::NoTheory { height: 1.0 },
+            Warning::TooShort { sweeps: 1, needed: 2 },
+            Warning::NoTheory { height: f64::NAN },
+        ];
+        let mut counts = HashMap::new();
+        for warning in &warnings {
+            *counts.entry(warning.kind()).or_insert(0) += 1;
+        }
+        assert_eq!(counts, HashMap::from([(WarningKind::NoTheory, 2), (WarningKind::TooShort, 1)]));
+        assert_eq!(format!("{:>12}|", WarningKind::NoTheory), "   no theory|");
+    }
+}

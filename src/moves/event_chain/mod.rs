@@ -259,6 +259,7 @@ impl Engine {
         mut left: f64,
     ) -> Result<(), Error> {
         let slab = *sweep.configuration.slab();
+        self.length.path += left;
         let mut stall_guard = StallGuard::new(left, sweep.phase);
         // The field's clock: it strikes when the bound of the force, integrated along the path, uses it up.
         let mut clock = exponential(sweep.generator);
@@ -278,10 +279,11 @@ impl Engine {
             let new_height = (height + signed).clamp(slab.lowest_center(), slab.highest_center());
             sweep.displace(sphere, position, 0, signed, new_height);
             left -= distance;
-            self.length.path += distance;
             self.length.recent[0] += distance;
             self.length.recent[1] += 1.0;
             if !stall_guard.lasts(left)? {
+                // Given up.
+                self.length.path -= left;
                 return Ok(());
             }
             match stop {

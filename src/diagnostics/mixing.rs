@@ -1,7 +1,7 @@
 //! Whether the center of mass has seen what it should.
 
 use crate::Warning;
-use crate::statistics::{Estimate, autocorrelation, blocking, drift};
+use crate::statistics::{Estimate, autocorrelation, blocking, drift, mean};
 use crate::warning::MixingEvidence;
 
 /// The series of the center of mass, and what equilibrium demands of it.
@@ -33,7 +33,7 @@ impl<'a> Mixing<'a> {
 
     fn variance(&self) -> f64 {
         let count = self.series.len() as f64;
-        let mean = self.series.iter().sum::<f64>() / count;
+        let mean = mean(self.series);
         self.series.iter().map(|height| (height - mean) * (height - mean)).sum::<f64>() / count
     }
 
@@ -42,7 +42,7 @@ impl<'a> Mixing<'a> {
         match autocorrelation(self.series) {
             Ok(result) => result.effective_sample_size,
             // It asks for 50 τ, and the number is N/(2τ).
-            Err(crate::Error::TooFewObservations { available, needed }) => {
+            Err(crate::Error::TooFewObservations { available, needed, .. }) => {
                 25.0 * available as f64 / needed as f64
             }
             // A series that never changes.
@@ -51,8 +51,11 @@ impl<'a> Mixing<'a> {
     }
 
     pub(super) fn warnings(&self, sweeps: u64) -> Vec<Warning> {
-        let mut evidence = Vec::new();
         let variance = self.variance();
+        if variance == 0.0 {
+            return vec![Warning::NothingMoved { sweeps }];
+        }
+        let mut evidence = Vec::new();
         if let Ok(drift) = drift(self.series) {
             let smallest =
                 self.required_variance.map_or(0.0, |required| Self::SMALLEST_DRIFT * required.sqrt());
@@ -123,16 +126,8 @@ mod tests {
             "{warnings:?}"
         );
         let still = Mixing::new(&[3.0; 256], Some(1.0)).warnings(7);
-        let evidence = |warning: &Warning| match warning {
-            Warning::NotMixed { evidence, .. } => Some(*evidence),
-            _ => None,
-        };
-        assert_eq!(
-            still.iter().filter_map(evidence).collect::<Vec<_>>(),
-            [
-                MixingEvidence::FewIndependent { effective_sample_size: 1.0 },
-                MixingEvidence::TooQuiet { variance: 0.0, required: 1.0 }
-            ]
-        );
+        assert_eq!(still, [Warning::NothingMoved { sweeps: 7 }]);
+        let still = Mixing::new(&[12.7; 256], None).warnings(7);
+        assert_eq!(still, [Warning::NothingMoved { sweeps: 7 }]);
     }
 }

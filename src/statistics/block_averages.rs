@@ -245,6 +245,7 @@ impl BlockAverages {
         &self,
         mut function: impl FnMut(&[f64]) -> R,
     ) -> Result<Vec<Estimate>, Error> {
+        self.require_blocks()?;
         let values = function(&self.mean()).as_ref().to_vec();
         let mut errors = vec![0.0; values.len()];
         let mut means = vec![0.0; self.components];
@@ -278,22 +279,30 @@ impl BlockAverages {
         Ok(values.into_iter().zip(errors).map(|(value, error)| Estimate::new(value, error)).collect())
     }
 
+    /// Fails below [`MINIMUM_BLOCKS`] complete blocks.
+    fn require_blocks(&self) -> Result<(), Error> {
+        if self.block_sums().len() >= MINIMUM_BLOCKS {
+            return Ok(());
+        }
+        let observations = self.observations();
+        let saturated = |number: u64| usize::try_from(number).unwrap_or(usize::MAX);
+        let needed = (MINIMUM_BLOCKS as u64 * self.block_length).max(observations + 1);
+        Err(Error::TooFewObservations {
+            what: "observations for a standard error",
+            available: saturated(observations),
+            needed: saturated(needed),
+        })
+    }
+
     /// Calls `visit` with the sums of blocks, the observations in each, and the fraction of all
     /// observations that one block is, for every level with at least [`MINIMUM_BLOCKS`] blocks.
     fn for_each_level(&self, mut visit: impl FnMut(&[f64], f64, f64)) -> Result<(), Error> {
+        self.require_blocks()?;
         let observations = self.observations();
         let mut level = Level {
             sums: [&self.replica_sums[..], &self.sums].concat(),
             blocks: self.replica_blocks.iter().copied().chain([self.sums.len() / self.components]).collect(),
         };
-        if level.count() < MINIMUM_BLOCKS {
-            let saturated = |number: u64| usize::try_from(number).unwrap_or(usize::MAX);
-            let needed = (MINIMUM_BLOCKS as u64 * self.block_length).max(observations + 1);
-            return Err(Error::TooFewObservations {
-                available: saturated(observations),
-                needed: saturated(needed),
-            });
-        }
         let mut length = self.block_length as f64;
         let mut dropped = vec![0.0; self.components];
         while level.count() >= MINIMUM_BLOCKS {
@@ -518,7 +527,8 @@ mod tests {
         for index in 0..15 {
             two.push(&[f64::from(index), f64::from(index)]).unwrap();
         }
-        let few = Err(Error::TooFewObservations { available: 15, needed: 16 });
+        let what = "observations for a standard error";
+        let few = Err(Error::TooFewObservations { what, available: 15, needed: 16 });
         assert_eq!(format!("{:?}", two.standard_errors()), format!("{:?}", few as Result<(), Error>));
         two.push(&[f64::NAN, 1.0]).unwrap();
         let estimates = two.estimates().unwrap();

@@ -293,7 +293,7 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     pub fn certificate(&self, tolerance: f64) -> Result<Certificate, Error> {
         match self.force_balance() {
             Some(balance) => balance.certificate(tolerance),
-            None => Certificate::isothermal(self.monitor.series(), tolerance),
+            None => Certificate::isothermal(self.monitor.series(), self.monitor.sweeps(), tolerance),
         }
     }
 

@@ -12,6 +12,7 @@ use crate::temperature::Isothermal;
 /// A gas in a column, swept in domains that are as small as they can be.
 pub(super) struct Column {
     scene: Scene<UniformField, Isothermal>,
+    drive: <Automatic as Scheme<UniformField, Isothermal>>::Drive,
     pub(super) configuration: Configuration,
     pub(super) engine: Engine,
     generator: Generator,
@@ -31,8 +32,10 @@ impl Column {
         let temperature = Isothermal::new(temperature).unwrap();
         let mut engine = Engine::new(moves);
         engine.domains = Domains::new(Sizes { thickness: 6.0, width: 6.0, least: 0, most: 0.0 });
+        let scene = Scene::new(slab, positions.len(), UniformField::default(), temperature).unwrap();
         Self {
-            scene: Scene::new(slab, positions.len(), UniformField::default(), temperature).unwrap(),
+            drive: Automatic.drive(&scene).unwrap().0,
+            scene,
             configuration: Configuration::new(slab, positions).unwrap(),
             engine,
             generator: Generator::seed_from_u64(5),
@@ -45,7 +48,7 @@ impl Column {
         self.engine
             .sweep(&mut Sweep {
                 scene: &self.scene,
-                drive: &Automatic.drive(&self.scene).unwrap().0,
+                drive: &self.drive,
                 configuration: &mut self.configuration,
                 generator: &mut self.generator,
                 move_counts: &mut self.move_counts,

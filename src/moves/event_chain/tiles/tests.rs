@@ -21,8 +21,9 @@ const SMALL: Sizes = Sizes { spheres: 0.0, least: [0.45, 0.45], path: 1.0, toget
 const NONE: Sizes = Sizes { tiles: usize::MAX, ..SMALL };
 
 /// A column and its chains.
-struct Column<F> {
+struct Column<F: Field> {
     scene: Scene<F, Isothermal>,
+    drive: <Automatic as Scheme<F, Isothermal>>::Drive,
     configuration: Configuration,
     engine: Engine,
     generator: Generator,
@@ -40,8 +41,10 @@ impl<F: Field> Column<F> {
     ) -> Self {
         let slab = Slab::new(extents[0], extents[1], extents[2]).unwrap();
         let temperature = Isothermal::new(temperature).unwrap();
+        let scene = Scene::new(slab, positions.len(), field, temperature).unwrap();
         Self {
-            scene: Scene::new(slab, positions.len(), field, temperature).unwrap(),
+            drive: Automatic.drive(&scene).unwrap().0,
+            scene,
             configuration: Configuration::new(slab, positions).unwrap(),
             engine: Engine::new(chains),
             generator: Generator::seed_from_u64(5),
@@ -58,11 +61,10 @@ impl<F: Field> Column<F> {
     }
 
     fn sweep(&mut self, observer: &mut impl Observer) {
-        let (drive, _) = Automatic.drive(&self.scene).unwrap();
         self.engine
             .sweep(&mut Sweep {
                 scene: &self.scene,
-                drive: &drive,
+                drive: &self.drive,
                 configuration: &mut self.configuration,
                 generator: &mut self.generator,
                 move_counts: &mut self.move_counts,

@@ -2,7 +2,7 @@
 
 use crate::centers::Centers;
 use crate::configuration::Configuration;
-use crate::diagnostics::Case;
+use crate::diagnostics::{self, Case};
 use crate::drive::{Adaptation, Automatic, Certificate, Drive, Driven, ForceBalance, Scheme};
 use crate::frame::{Frame, MoveCounts, Phase};
 use crate::monitor::Monitor;
@@ -290,10 +290,12 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     /// [`Error::InvalidParameter`] for a tolerance that is not positive and finite; [`Error::TooFewObservations`] for a
     /// production run below 320 sweeps.
     pub fn certificate(&self, tolerance: f64) -> Result<Certificate, Error> {
-        match self.force_balance() {
-            Some(balance) => balance.certificate(tolerance),
-            None => Certificate::isothermal(self.monitor.series(), tolerance),
-        }
+        let certificate = match self.force_balance() {
+            Some(balance) => balance.certificate(tolerance)?,
+            None => Certificate::isothermal(self.monitor.center_of_mass(), tolerance)?,
+        };
+        let (_, independent) = diagnostics::slowest(&self.monitor);
+        Ok(certificate.mixed(independent))
     }
 
     /// What is simulated.

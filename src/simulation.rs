@@ -214,7 +214,7 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     ///
     /// | judged | raises |
     /// |---|---|
-    /// | the series of the center of mass: its drift, its memory, and its variance against what equilibrium demands of it | [`TooShort`](Warning::TooShort), [`NotMixed`](Warning::NotMixed) |
+    /// | the series of the center of mass: its drift, its memory, and its variance against what equilibrium demands of it | [`TooShort`](Warning::TooShort), [`NotMixed`](Warning::NotMixed), [`NothingMoved`](Warning::NothingMoved) |
     /// | its mean against [`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls), where that is good | [`FarFromTheory`](Warning::FarFromTheory), [`NoTheory`](Warning::NoTheory) |
     /// | every 128th sweep, if all moves are local | [`LowAcceptance`](Warning::LowAcceptance) |
     /// | the balance of forces and the field, where the temperature varies | [`FeedbackNotConverged`](Warning::FeedbackNotConverged), [`CountingNoise`](Warning::CountingNoise), [`ChangesWhileMeasuring`](Warning::ChangesWhileMeasuring), [`SteepGradient`](Warning::SteepGradient), [`DensityJump`](Warning::DensityJump) |
@@ -222,7 +222,8 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     /// | the box | [`LidTooLow`](Warning::LidTooLow), [`NarrowBox`](Warning::NarrowBox) |
     ///
     /// Of runs that have seen 4, 8, 16, 32 and 64 independent configurations, 94, 78, 38, 6 and 0.2 % are called not mixed.
-    /// It is worked out when asked for, in some milliseconds, since the theory of the scene is solved; what it needs of
+    /// It is worked out when asked for, in some milliseconds (a second or two where T changes by its own size within a
+    /// diameter), since the theory of the scene is solved; what it needs of
     /// the run is noted every few sweeps, from the first of production on. Replicas are judged each by itself.
     ///
     /// ```
@@ -287,7 +288,7 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     /// ```
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a tolerance that is not positive and finite; [`Error::TooFewObservations`] for a
+    /// [`Error::InvalidParameter`] for a tolerance that is not between 0 and 1; [`Error::TooFewObservations`] for a
     /// production run below 320 sweeps.
     pub fn certificate(&self, tolerance: f64) -> Result<Certificate, Error> {
         let certificate = match self.force_balance() {

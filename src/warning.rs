@@ -53,6 +53,11 @@ pub enum Warning {
         /// What gives it away.
         evidence: MixingEvidence,
     },
+    /// No sphere has moved.
+    NothingMoved {
+        /// Sweeps of production so far.
+        sweeps: u64,
+    },
     /// The center of mass is far from where the theory has it, where the theory is good.
     #[non_exhaustive]
     FarFromTheory {
@@ -335,6 +340,11 @@ impl fmt::Display for Warning {
                 formatter,
                 "not mixed after {sweeps} sweeps of production: {evidence}: equilibrate and run longer, or take \
                  EventChains or LocalMoves::tuned"
+            ),
+            Self::NothingMoved { sweeps } => write!(
+                formatter,
+                "nothing has moved in {sweeps} sweeps of production: spheres are jammed, or displacements too large: take \
+                 LocalMoves::tuned or EventChains, equilibrate first, or start from another configuration"
             ),
             Self::FarFromTheory { center_of_mass, theory } => write!(
                 formatter,

@@ -51,6 +51,7 @@ kinds! {
     TooShort "too short to be judged",
     LowAcceptance "low acceptance",
     NotMixed "not mixed",
+    NothingMoved "nothing has moved",
     FarFromTheory "far from theory",
     FeedbackNotConverged "feedback not converged",
     CountingNoise "counting noise",

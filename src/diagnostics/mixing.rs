@@ -1,7 +1,7 @@
 //! Whether a run has seen what it should.
 
 use crate::monitor::Monitor;
-use crate::statistics::{Estimate, FEWEST_INDEPENDENT, blocking, drift, memory};
+use crate::statistics::{Estimate, FEWEST_INDEPENDENT, blocking, drift, mean, memory};
 use crate::warning::MixingEvidence;
 use crate::{Quantity, Warning};
 
@@ -50,13 +50,16 @@ impl<'a> Mixing<'a> {
 
     fn variance(&self) -> f64 {
         let count = self.series.len() as f64;
-        let mean = self.series.iter().sum::<f64>() / count;
+        let mean = mean(self.series);
         self.series.iter().map(|height| (height - mean) * (height - mean)).sum::<f64>() / count
     }
 
     pub(super) fn warnings(&self, sweeps: u64) -> Vec<Warning> {
-        let mut evidence = Vec::new();
         let variance = self.variance();
+        if variance == 0.0 {
+            return vec![Warning::NothingMoved { sweeps }];
+        }
+        let mut evidence = Vec::new();
         if let Ok(drift) = drift(self.series) {
             let smallest =
                 self.required_variance.map_or(0.0, |required| Self::SMALLEST_DRIFT * required.sqrt());
@@ -132,19 +135,8 @@ mod tests {
             "{warnings:?}"
         );
         let still = of(&[3.0; 256], 1.0).warnings(7);
-        let evidence = |warning: &Warning| match warning {
-            Warning::NotMixed { evidence, .. } => Some(*evidence),
-            _ => None,
-        };
-        assert_eq!(
-            still.iter().filter_map(evidence).collect::<Vec<_>>(),
-            [
-                MixingEvidence::FewIndependent {
-                    quantity: Quantity::CenterOfMass,
-                    effective_sample_size: 1.0
-                },
-                MixingEvidence::TooQuiet { variance: 0.0, required: 1.0 }
-            ]
-        );
+        assert_eq!(still, [Warning::NothingMoved { sweeps: 7 }]);
+        let still = of(&[12.7; 256], 1.0).warnings(7);
+        assert_eq!(still, [Warning::NothingMoved { sweeps: 7 }]);
     }
 }

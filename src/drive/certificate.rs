@@ -46,11 +46,11 @@ impl ForceBalance {
     /// Nor is a deviation above the tolerance of more than these.
     const SIGNIFICANT: f64 = 3.0;
     /// Fewer tell nothing about a drift.
-    const FEWEST_CONFIGURATIONS: u64 = 64;
-    /// Sweeps of production between two looks.
-    const SWEEPS_BETWEEN_LOOKS: u64 = 5;
+    pub(super) const FEWEST_CONFIGURATIONS: u64 = 64;
+    /// Configurations are recorded after every so many sweeps of production.
+    pub(super) const SWEEPS_BETWEEN_RECORDS: u64 = 5;
     /// Fewest sweeps of production that can be judged.
-    pub(crate) const FEWEST_SWEEPS: u64 = Self::FEWEST_CONFIGURATIONS * Self::SWEEPS_BETWEEN_LOOKS;
+    pub(crate) const FEWEST_SWEEPS: u64 = Self::FEWEST_CONFIGURATIONS * Self::SWEEPS_BETWEEN_RECORDS;
 
     /// Nothing yet. `certifiable` is whether the potential does not change with every
     /// configuration.
@@ -128,16 +128,31 @@ impl ForceBalance {
         drift(&own)
     }
 
+    /// After so many configurations nothing is certified.
+    pub(crate) fn too_few(configurations: u64) -> Error {
+        let sweeps = |configurations: u64| {
+            usize::try_from(configurations.saturating_mul(Self::SWEEPS_BETWEEN_RECORDS)).unwrap_or(usize::MAX)
+        };
+        Error::TooFewObservations {
+            what: "sweeps of production for a certificate",
+            available: sweeps(configurations),
+            needed: sweeps(Self::FEWEST_CONFIGURATIONS),
+        }
+    }
+
     /// What the run says about the field it was made in.
     ///
     /// `tolerance` is the largest relative deviation of `P_iso` from W/T that is acceptable, at heights that carry at
     /// least 5 % of the largest weight.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a tolerance that is not positive and finite; [`Error::TooFewObservations`]
-    /// below 64 configurations, one in five sweeps.
+    /// [`Error::InvalidParameter`] unless the tolerance lies between 0 and 1; [`Error::TooFewObservations`] below 320
+    /// sweeps of production, of which one in five is recorded.
     pub fn certificate(&self, tolerance: f64) -> Result<Certificate, Error> {
-        let tolerance = Error::require_positive("tolerance of the balance of forces", tolerance)?;
+        let tolerance = Error::require_tolerance("tolerance of the balance of forces", tolerance)?;
+        if self.observations() < Self::FEWEST_CONFIGURATIONS {
+            return Err(Self::too_few(self.observations()));
+        }
         let points = self.ratios()?;
         let judged = points.iter().filter(|point| point.load >= Self::LEAST_LOAD);
         let worst = judged.clone().fold(None, |worst: Option<&ForceBalancePoint>, point| match worst {
@@ -146,15 +161,13 @@ impl ForceBalance {
             Some(worst) if worst.deviation().mean.is_nan() => Some(worst),
             _ => Some(point),
         });
-        let needed = 64;
-        let available = usize::try_from(self.observations()).unwrap_or(usize::MAX);
-        let worst = worst.ok_or(Error::TooFewObservations { available, needed })?;
+        let worst = worst.ok_or_else(|| Self::too_few(0))?;
         let largest_error = judged.fold(0.0, |largest, point| {
             let error = point.ratio.standard_error;
             if error.is_nan() || error > largest { error } else { largest }
         });
         let drift = if self.replica_drifts.is_empty() {
-            self.own_drift().map_err(|_| Error::TooFewObservations { available, needed })?
+            self.own_drift()?
         } else {
             // Of all replicas, this one among them.
             let mut drifts = self.replica_drifts.clone();
@@ -206,7 +219,7 @@ impl Observer for ForceBalance {
     /// Sees every fifth configuration of production, in the potential that it was made in.
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         if frame.phase() != Phase::Production
-            || !(frame.sweep_of_phase() - 1).is_multiple_of(Self::SWEEPS_BETWEEN_LOOKS)
+            || !(frame.sweep_of_phase() - 1).is_multiple_of(Self::SWEEPS_BETWEEN_RECORDS)
         {
             return Ok(());
         }
@@ -402,6 +415,16 @@ impl Certificate {
     }
 }
 
+/// An estimate in per cent, without the sign and the digits of rounding.
+fn percent(estimate: Estimate) -> String {
+    const ROUNDING: f64 = 1e-10;
+    let Estimate { mean, standard_error } = estimate;
+    if mean.abs() < ROUNDING && standard_error < ROUNDING {
+        return "0".to_owned();
+    }
+    Estimate::new(100.0 * mean, 100.0 * standard_error).to_string()
+}
+
 /// One line: the verdict with its numbers.
 impl fmt::Display for Certificate {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -413,14 +436,13 @@ impl fmt::Display for Certificate {
                 write!(formatter, "NOT CONVERGED ({suggestion})")?;
             }
         }
-        let residual = self.residual();
         if height.is_nan() {
             return write!(
                 formatter,
                 ": drift of h_c {drift}, effective sample size {effective_sample_size:.0}"
             );
         }
-        let percent = Estimate::new(100.0 * residual.mean, 100.0 * residual.standard_error);
+        let percent = percent(self.residual());
         write!(
             formatter,
             ": P_iso T/W is off by {percent} % at height {height:.1} (tolerance {:.2} %), drift of h_c {drift}, \

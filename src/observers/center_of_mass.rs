@@ -268,7 +268,7 @@ mod tests {
         assert_eq!(late.heights(), &center.heights()[51..]);
         assert!(matches!(
             center.since(10_000).estimate(),
-            Err(Error::TooFewObservations { available: 0, needed: 16 })
+            Err(Error::TooFewObservations { available: 0, needed: 16, .. })
         ));
         let mut merged = center.since(10_000);
         merged.merge(&center).unwrap();

@@ -78,7 +78,9 @@ pub(super) fn of_bins(bins: &HeightBins, averages: &BlockAverages) -> Vec<Warnin
 }
 
 /// Bins so wide that the equation of state of their means is not that of any height in them; the worst.
-pub(super) fn too_wide(bins: &HeightBins, averages: &BlockAverages) -> Option<Warning> {
+///
+/// Over a bin in which ln n changes by Δ and ln T by Θ, the mean of nTZ is off by some (Δ² + 2 |ΔΘ|)/24 of itself.
+pub(super) fn too_wide(bins: &HeightBins, averages: &BlockAverages, temperatures: &[f64]) -> Option<Warning> {
     /// Narrower ones resolve the layers at a wall, where no local equation holds anyway.
     const LAYER: f64 = 1.0;
     /// A relative error that matters.
@@ -94,11 +96,13 @@ pub(super) fn too_wide(bins: &HeightBins, averages: &BlockAverages) -> Option<Wa
     let known = |count: f64| count * averages.observations() as f64 >= FEWEST;
     let worst = counts
         .windows(3)
+        .zip(temperatures.windows(3))
         .zip(bins.centers().skip(1))
-        .filter(|(counts, _)| counts.iter().all(|&count| known(count)))
-        .map(|(counts, height)| {
+        .filter(|((counts, _), _)| counts.iter().all(|&count| known(count)))
+        .map(|((counts, temperatures), height)| {
             let change = 0.5 * libm::log(counts[2] / counts[0]);
-            (height, change * change / 24.0)
+            let heating = 0.5 * libm::log(temperatures[2] / temperatures[0]);
+            (height, (change * change + 2.0 * (change * heating).abs()) / 24.0)
         })
         .max_by(|(_, one), (_, other)| one.total_cmp(other));
     worst.filter(|(_, bias)| *bias > LARGEST_BIAS).map(|(height, bias)| Warning::WideBins {

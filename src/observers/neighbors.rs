@@ -132,7 +132,8 @@ impl Neighbors {
         let extent = (heights().fold(self.lowest, f64::max) - self.lowest).max(0.0);
         let extents = [extent, self.slab.widths()[0], self.slab.widths()[1]];
         let most = 4 * self.positions.len() + 64;
-        let mut side = self.radius;
+        // More cells than that along one axis are too many already.
+        let mut side = extents.iter().fold(self.radius, |side, &extent| side.max(extent / most as f64));
         loop {
             // Not negative, and a product beyond the range of integers saturates.
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]

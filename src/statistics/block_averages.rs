@@ -324,6 +324,7 @@ impl BlockAverages {
             let saturated = |number: u64| usize::try_from(number).unwrap_or(usize::MAX);
             let needed = (MINIMUM_BLOCKS as u64 * self.block_length).max(observations + 1);
             return Err(Error::TooFewObservations {
+                what: "observations for a standard error",
                 available: saturated(observations),
                 needed: saturated(needed),
             });

@@ -2,7 +2,7 @@
 //! blocks, for profiles and for the diagnostics of runs.
 
 use super::blocking::chi_squared_quantile;
-use super::larger;
+use super::{larger, mean};
 
 /// Fewest independent configurations from which anything is concluded without a
 /// [`Warning::NotMixed`](crate::Warning::NotMixed).
@@ -43,11 +43,8 @@ pub(crate) fn memory(segments: &[&[f64]]) -> Memory {
     let centered: Vec<Vec<f64>> = segments
         .iter()
         .map(|segment| {
-            let center = mean(segment);
-            let centered: Vec<f64> = segment.iter().map(|value| value - center).collect();
-            // What the first mean was off by rounding would look like a memory without end.
-            let rest = mean(&centered);
-            centered.into_iter().map(|value| value - rest).collect()
+            let mean = mean(segment);
+            segment.iter().map(|value| value - mean).collect()
         })
         .collect();
     let products = |lag: usize| {
@@ -141,10 +138,6 @@ pub(crate) fn scattered(replicas: &[(f64, f64, f64)], squared_error: f64) -> Poo
 pub(super) fn spread(replicas: &[Vec<f64>]) -> f64 {
     let replicas: Vec<&[f64]> = replicas.iter().map(|replica| &replica[..]).collect();
     memory(&replicas).variance.sqrt()
-}
-
-fn mean(series: &[f64]) -> f64 {
-    series.iter().sum::<f64>() / series.len() as f64
 }
 
 #[cfg(test)]

@@ -134,7 +134,9 @@ fn a_potential_that_is_adapted_is_in_force_from_the_next_sweep_on() {
     // What a sweep has measured is in force in the next; where no chain ended it measured nothing.
     let mut changes = 0;
     for (sweep, pair) in (0..).zip(frames[..41].windows(2)).skip(1) {
-        let measured = simulation.adaptation().factors[sweep] != simulation.adaptation().factors[sweep - 1];
+        let [before, after] =
+            [sweep - 1, sweep].map(|sweep| simulation.adaptation().factors[sweep].to_bits());
+        let measured = before != after;
         assert_eq!(pair[0].2.to_bits() != pair[1].2.to_bits(), measured);
         changes += u32::from(measured);
     }

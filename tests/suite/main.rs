@@ -12,6 +12,7 @@ mod detailed_balance;
 mod event_chains;
 mod exact_results;
 mod hostile_input;
+mod inputs;
 mod invariants;
 mod non_isothermal;
 mod reductions;

@@ -134,7 +134,8 @@ fn misuse_is_a_typed_error_and_broken_numbers_stay_in_their_component() {
     for index in 0..15 {
         two.push(&[f64::from(index), f64::from(index)]).unwrap();
     }
-    let few = Err(Error::TooFewObservations { available: 15, needed: 16 });
+    let what = "observations for a standard error";
+    let few = Err(Error::TooFewObservations { what, available: 15, needed: 16 });
     assert_eq!(format!("{:?}", two.standard_errors()), format!("{:?}", few as Result<(), Error>));
     two.push(&[f64::NAN, 1.0]).unwrap();
     let estimates = two.estimates().unwrap();

@@ -285,7 +285,7 @@ pub enum MixingEvidence {
         /// Its height in the second half of production less that in the first.
         drift: Estimate,
     },
-    /// The slowest of what is judged has seen few independent configurations: fewer than 20.
+    /// The slowest of what is judged has seen few independent configurations: fewer than 10.
     #[non_exhaustive]
     FewIndependent {
         /// The slowest.

@@ -89,7 +89,7 @@ impl DensityProfile {
 
     /// What speaks against single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base up
     /// to where 1 % of the spheres seen is left. Above that, and in a vacuum, bins are empty by right.
-    /// [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than 20 independent
+    /// [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than 10 independent
     /// configurations, as a run is judged; [`Warning::ReplicasDisagree`] where merged replicas do.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {

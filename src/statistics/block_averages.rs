@@ -18,9 +18,9 @@ use crate::{Error, Merge};
 /// doi:10.1016/S0010-4655(03)00467-3); g is at least 1. The variance so found is known as one with
 /// ν = blocks/(2W + 1) degrees of freedom is, and the last factor is what Student's distribution of
 /// that many has more in variance than the normal one: errors from few independent numbers are
-/// wider. The error is on average 9 to 20 % too large and scatters by some 20 %. From 20
+/// wider. The error is on average 9 to 20 % too large and scatters by some 20 %. From 10
 /// independent numbers on the deviations from the truth are as large as the errors within some 10 %
-/// (for exponential memory), and for 10 within a quarter; below, nothing is promised.
+/// for an exponential memory, and within a quarter for one of two times; below, nothing is promised.
 ///
 /// Replicas that are merged keep their own means. If those scatter more than the blocks explain
 /// (beyond the quantile 0.99 of χ²), the scatter is the error:

@@ -6,7 +6,7 @@ use super::{larger, mean};
 
 /// Fewest independent configurations from which anything is concluded without a
 /// [`Warning::NotMixed`](crate::Warning::NotMixed).
-pub(crate) const FEWEST_INDEPENDENT: f64 = 20.0;
+pub(crate) const FEWEST_INDEPENDENT: f64 = 10.0;
 
 /// The window of the sum over lags in correlation times. For exponential decay 5 % of the variance
 /// lie beyond it; a longer one adds more noise than that.

@@ -291,11 +291,12 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     /// [`Error::InvalidParameter`] for a tolerance that is not between 0 and 1; [`Error::TooFewObservations`] for a
     /// production run below 320 sweeps.
     pub fn certificate(&self, tolerance: f64) -> Result<Certificate, Error> {
+        let Self { monitor, .. } = self;
         let certificate = match self.force_balance() {
             Some(balance) => balance.certificate(tolerance)?,
-            None => Certificate::isothermal(self.monitor.center_of_mass(), tolerance)?,
+            None => Certificate::isothermal(monitor.center_of_mass(), monitor.sweeps(), tolerance)?,
         };
-        let (_, independent) = diagnostics::slowest(&self.monitor);
+        let (_, independent) = diagnostics::slowest(monitor);
         Ok(certificate.mixed(independent))
     }
 

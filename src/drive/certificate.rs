@@ -129,14 +129,17 @@ impl ForceBalance {
     }
 
     /// After so many configurations nothing is certified.
-    pub(crate) fn too_few(configurations: u64) -> Error {
-        let sweeps = |configurations: u64| {
-            usize::try_from(configurations.saturating_mul(Self::SWEEPS_BETWEEN_RECORDS)).unwrap_or(usize::MAX)
-        };
+    fn too_few(configurations: u64) -> Error {
+        Self::too_few_sweeps(configurations.saturating_mul(Self::SWEEPS_BETWEEN_RECORDS))
+    }
+
+    /// After so many sweeps nothing is certified.
+    fn too_few_sweeps(sweeps: u64) -> Error {
+        let number = |sweeps: u64| usize::try_from(sweeps).unwrap_or(usize::MAX);
         Error::TooFewObservations {
             what: "sweeps of production for a certificate",
-            available: sweeps(configurations),
-            needed: sweeps(Self::FEWEST_CONFIGURATIONS),
+            available: number(sweeps),
+            needed: number(Self::FEWEST_SWEEPS),
         }
     }
 
@@ -367,8 +370,11 @@ impl Certificate {
     /// # Errors
     /// [`Error::InvalidParameter`] for a tolerance that is not positive and finite;
     /// [`Error::TooFewObservations`].
-    pub(crate) fn isothermal(centers: &[f64], tolerance: f64) -> Result<Self, Error> {
-        let tolerance = Error::require_positive("tolerance of the balance of forces", tolerance)?;
+    pub(crate) fn isothermal(centers: &[f64], sweeps: u64, tolerance: f64) -> Result<Self, Error> {
+        let tolerance = Error::require_tolerance("tolerance of the balance of forces", tolerance)?;
+        if sweeps < ForceBalance::FEWEST_SWEEPS {
+            return Err(ForceBalance::too_few_sweeps(sweeps));
+        }
         let drift = drift(centers)?;
         let exact = Estimate::new(0.0, 0.0);
         let convergence = if drift.deviation_from(0.0).abs() > ForceBalance::LARGEST_DRIFT {

@@ -374,21 +374,30 @@ fn numbers_that_make_no_sense() {
         assert_eq!(carried.to_bits(), value.to_bits());
         assert!(error.to_string().contains("event chains"), "{error}");
     };
-    for length in [0.0, -0.0, -1.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e7, 1e6_f64.next_up()] {
+    for length in [
+        0.0,
+        -0.0,
+        -1.0,
+        f64::NAN,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        1e7,
+        1e6_f64.next_up(),
+        5e-324,
+        1e-3_f64.next_down(),
+    ] {
         refused(EventChains::with_length(length), length);
     }
     for fraction in [0.0, -0.0, 1.0, -0.5, 1.5, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         refused(EventChains::default().vertical_fraction(fraction), fraction);
     }
     // The extremes that are allowed do run.
-    for length in [5e-324, 1e-9, EventChains::MAXIMUM_LENGTH] {
+    for length in [EventChains::MINIMUM_LENGTH, 1.0, EventChains::MAXIMUM_LENGTH] {
         let moves = chains(length, FieldEvent::Relocate).vertical_fraction(f64::MIN_POSITIVE).unwrap();
         assert_eq!(moves.length(), Some(length));
         let moves = moves.vertical_fraction(1.0_f64.next_down()).unwrap();
-        if length > 1e-3 {
-            let mut simulation = Simulation::builder(small_scene()).moves(moves).build().unwrap();
-            simulation.run(3, &mut ()).unwrap();
-        }
+        let mut simulation = Simulation::builder(small_scene()).moves(moves).build().unwrap();
+        simulation.run(3, &mut ()).unwrap();
     }
 }
 

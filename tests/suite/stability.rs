@@ -112,7 +112,7 @@ fn local_moves_too_small_and_too_large() {
         |warning| matches!(warning, Warning::LowAcceptance { lowest_height, .. } if *lowest_height < 3.0),
     );
     // Larger than that is refused.
-    let refused = LocalMoves::new(3.0);
+    let refused = Simulation::builder(column(1.5)).moves(local(3.0)).build().map(|_| ());
     assert!(
         matches!(refused, Err(Error::InvalidParameter { name: "maximum displacement", .. })),
         "{refused:?}"

@@ -154,7 +154,8 @@ fn pulls(
     let counted: Vec<_> =
         results.iter().filter(|result| counts(result)).filter_map(|result| result.estimates).collect();
     std::array::from_fn(|index| {
-        let squares = counted.iter().map(|of| of[index].deviation_from(truth[index]).powi(2));
+        let deviations = counted.iter().map(|of| of[index].deviation_from(truth[index]));
+        let squares = deviations.map(|deviation| deviation * deviation);
         (squares.sum::<f64>() / counted.len() as f64).sqrt()
     })
 }

@@ -104,7 +104,7 @@ pub use slab::Slab;
 #[cfg(feature = "csv")]
 pub use table::{Row, WriteCsv};
 pub use temperature::TemperatureProfile;
-pub use warning::{MixingEvidence, Warning};
+pub use warning::{Disagreement, MixingEvidence, Quantity, Warning};
 pub use warning_kind::WarningKind;
 
 /// The code of README.md, compiled.

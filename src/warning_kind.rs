@@ -62,6 +62,8 @@ kinds! {
     NarrowBox "narrow box",
     EmptyBins "empty bins",
     ThinBins "thin bins",
+    CorrelatedBins "correlated bins",
+    ReplicasDisagree "replicas disagree",
     WideBins "wide bins",
     OutsideDomain "outside the domain",
     InaccurateEquation "inaccurate equation of state",

@@ -4,7 +4,7 @@ use super::column_average::LidContact;
 use crate::frame::{Frame, Phase};
 use crate::observer::{Observer, ObserverError};
 use crate::scene::AnyScene;
-use crate::statistics::{BlockAverages, Estimate, blocking, drift};
+use crate::statistics::{BlockAverages, Estimate, FEWEST_INDEPENDENT, drift, memory};
 use crate::{Error, Merge, TemperatureProfile};
 use std::fmt;
 
@@ -181,9 +181,7 @@ impl ForceBalance {
         };
         let center = 2 * self.bands() + 2;
         let (means, errors) = (self.averages.mean(), self.averages.standard_errors()?);
-        let variance = means[center + 1] - means[center] * means[center];
-        let effective_sample_size =
-            (variance / (errors[center] * errors[center])).clamp(1.0, self.observations() as f64);
+        let effective_sample_size = self.averages.independent([center]);
         let residual = worst.deviation();
         let heaviest = points.iter().map(|point| point.pressure.abs()).fold(0.0, f64::max) * self.base_area;
         let (contact, assumed) = (center - 2, center - 1);
@@ -303,7 +301,9 @@ pub struct Certificate {
     pub lid: Estimate,
     /// Height of the center of mass, second half of the run minus first, in diameters.
     pub drift: Estimate,
-    /// Number of independent configurations that would know the center of mass as well.
+    /// Number of independent configurations that would know the slowest quantity as well: of a run,
+    /// as [`MixingEvidence::FewIndependent`](crate::MixingEvidence::FewIndependent) has it; of a merged
+    /// record, the center of mass.
     pub effective_sample_size: f64,
 }
 
@@ -341,6 +341,8 @@ pub enum Suggestion {
     AdaptLonger,
     /// The error bars are too large to tell.
     MeasureLonger,
+    /// The run has not mixed: its error bars may be too small.
+    MixLonger,
     /// The field changes with every configuration: nothing can be certified.
     FreezeTheField,
 }
@@ -353,6 +355,7 @@ impl fmt::Display for Suggestion {
                 "the field is not that of the density it makes: equilibrate longer before it is frozen"
             }
             Self::MeasureLonger => "the errors are too large to tell: measure longer",
+            Self::MixLonger => "not mixed, known as from too few independent configurations: run longer",
             Self::FreezeTheField => {
                 "the field follows every configuration, which breaks detailed balance: take a scheme that freezes it"
             }
@@ -372,12 +375,8 @@ impl Certificate {
         if sweeps < ForceBalance::FEWEST_SWEEPS {
             return Err(ForceBalance::too_few_sweeps(sweeps));
         }
-        let (drift, mean) = (drift(centers)?, blocking(centers)?);
+        let drift = drift(centers)?;
         let exact = Estimate::new(0.0, 0.0);
-        let count = centers.len() as f64;
-        let squares = centers.iter().map(|center| (center - mean.mean) * (center - mean.mean));
-        let variance = squares.sum::<f64>() / count;
-        let independent = variance / (mean.standard_error * mean.standard_error);
         let convergence = if drift.deviation_from(0.0).abs() > ForceBalance::LARGEST_DRIFT {
             let suggestion = Suggestion::EquilibrateLonger;
             Convergence::NotConverged { residual: exact, suggestion }
@@ -391,8 +390,19 @@ impl Certificate {
             largest_error: 0.0,
             lid: exact,
             drift,
-            effective_sample_size: independent.clamp(1.0, count),
+            effective_sample_size: memory(&[centers]).independent(centers.len() as f64),
         })
+    }
+
+    /// Of a run whose slowest quantity has seen so many independent configurations: not converged if
+    /// they are too few.
+    pub(crate) fn mixed(mut self, independent: f64) -> Self {
+        self.effective_sample_size = self.effective_sample_size.min(independent);
+        if self.is_converged() && self.effective_sample_size < FEWEST_INDEPENDENT {
+            let (residual, suggestion) = (self.residual(), Suggestion::MixLonger);
+            self.convergence = Convergence::NotConverged { residual, suggestion };
+        }
+        self
     }
 
     /// Whether the run is converged.

@@ -2,12 +2,17 @@
 
 use super::bins::HeightBins;
 use crate::Warning;
-use crate::statistics::{BlockAverages, MINIMUM_BLOCKS};
+use crate::statistics::{BlockAverages, FEWEST_INDEPENDENT, MINIMUM_BLOCKS};
+use crate::warning::Disagreement;
 
 /// Bins above the lowest so many of all spheres are the thin top of the column, where some are empty by right.
 const COLUMN: f64 = 0.99;
 
-/// What is wrong with bins whose counts are the first components of `averages`.
+/// Parts of the column, each with a memory of its own.
+const PARTS: usize = 4;
+
+/// What is wrong with bins whose counts are the first components of `averages`; each further kind of
+/// component has one for every bin.
 ///
 /// Judged are the bins in which a center can be, from the base up to where 1 % of the spheres seen is left.
 pub(super) fn of_bins(bins: &HeightBins, averages: &BlockAverages) -> Vec<Warning> {
@@ -33,7 +38,7 @@ pub(super) fn of_bins(bins: &HeightBins, averages: &BlockAverages) -> Vec<Warnin
     let (empty, seen): (Vec<usize>, Vec<usize>) = column.partition(|&bin| counts[bin] == 0.0);
     // In a run of fewer blocks nothing has an error bar.
     let is_thin = |bin: &usize| blocks >= MINIMUM_BLOCKS && occupied[*bin] < MINIMUM_BLOCKS;
-    let thin: Vec<usize> = seen.into_iter().filter(is_thin).collect();
+    let (thin, known): (Vec<usize>, Vec<usize>) = seen.into_iter().partition(is_thin);
     let middle = |bin: usize| bins.centers().nth(bin).unwrap_or(f64::NAN);
     let mut warnings = Vec::new();
     if let [first, .., last] | [first @ last] = empty[..] {
@@ -44,6 +49,30 @@ pub(super) fn of_bins(bins: &HeightBins, averages: &BlockAverages) -> Vec<Warnin
         let (lowest_height, highest_height) = (middle(first), middle(last));
         let blocks = thin.iter().map(|&bin| occupied[bin]).min().unwrap_or(0);
         warnings.push(Warning::ThinBins { bins: thin.len(), lowest_height, highest_height, blocks });
+    }
+    let kinds = averages.components() / bins.count();
+    let parts = known.chunks(known.len().div_ceil(PARTS).max(1));
+    let memories = parts.flat_map(|part| {
+        (0..kinds)
+            .map(move |kind| (part, averages.independent(part.iter().map(|bin| kind * bins.count() + bin))))
+    });
+    let slowest = memories.min_by(|(_, one), (_, other)| one.total_cmp(other));
+    if let Some((&[lowest, ..], effective_sample_size)) = slowest
+        && effective_sample_size < FEWEST_INDEPENDENT
+    {
+        let highest = slowest.and_then(|(part, _)| part.last()).copied().unwrap_or(lowest);
+        let (lowest_height, highest_height) = (middle(lowest), middle(highest));
+        warnings.push(Warning::CorrelatedBins { lowest_height, highest_height, effective_sample_size });
+    }
+    let mut apart: Vec<usize> =
+        averages.contradictions().into_iter().map(|component| component % bins.count()).collect();
+    apart.retain(|bin| known.contains(bin));
+    apart.sort_unstable();
+    apart.dedup();
+    if let [first, .., last] | [first @ last] = apart[..] {
+        let (lowest_height, highest_height) = (middle(first), middle(last));
+        let disagreement = Disagreement::Bins { bins: apart.len(), lowest_height, highest_height };
+        warnings.push(Warning::ReplicasDisagree { disagreement });
     }
     warnings
 }

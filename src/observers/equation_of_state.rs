@@ -178,8 +178,10 @@ impl EquationOfStateProfile {
         Ok(points.collect())
     }
 
-    /// What speaks against single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base up to where 1 % of
-    /// the spheres seen is left. Above that, and in a vacuum, bins are empty by right. [`Warning::WideBins`] where the
+    /// What speaks against single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base up
+    /// to where 1 % of the spheres seen is left. Above that, and in a vacuum, bins are empty by right.
+    /// [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than 10 independent
+    /// configurations, as a run is judged; [`Warning::ReplicasDisagree`] where merged replicas do. [`Warning::WideBins`] where the
     /// density changes too much within one.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {

@@ -1,17 +1,18 @@
 //! Errors of series of correlated numbers.
 
-use super::{Estimate, MINIMUM_BLOCKS, larger, mean};
+use super::memory::memory;
+use super::{BlockAverages, Estimate, MINIMUM_BLOCKS, larger, mean};
 use crate::Error;
 
 /// What too few numbers are too few for.
 const ERROR: &str = "numbers of a series for a standard error";
 
-/// Quantile 0.99 of the χ² distribution, after Wilson and Hilferty (doi:10.1073/pnas.17.12.684):
-/// within 1 % at one degree of freedom and 0.25 % above.
-fn chi_squared_quantile(degrees: usize) -> f64 {
-    const NORMAL_QUANTILE: f64 = 2.326_347_874_040_841;
+/// The quantile of the χ² distribution that a normal number has at so many standard deviations, after
+/// Wilson and Hilferty (doi:10.1073/pnas.17.12.684). For 0.99 it is right within 1 % at one degree of
+/// freedom and 0.25 % above.
+pub(super) fn chi_squared_quantile(degrees: usize, sigmas: f64) -> f64 {
     let spread = 2.0 / (9.0 * degrees as f64);
-    let root = 1.0 - spread + NORMAL_QUANTILE * spread.sqrt();
+    let root = 1.0 - spread + sigmas * spread.sqrt();
     degrees as f64 * root * root * root
 }
 
@@ -22,9 +23,10 @@ fn chi_squared_quantile(degrees: usize) -> f64 {
 /// neighbor correlations of all further levels (doi:10.1103/PhysRevE.98.043304). To the variance of
 /// the level where the test stops, the neighbor covariance left there is added if it is positive:
 /// without it the error comes out low by the correlation that the test could not yet see. If the
-/// test passes at no level with at least 16 blocks, the largest error of those levels is returned; it
-/// is then more likely too small than too large, and [`drift`] and [`autocorrelation`](super::autocorrelation())
-/// tell more.
+/// test passes at no level with at least 16 blocks, the largest error of those levels is taken.
+///
+/// In a series of fewer than 40 independent numbers that is too small. There the error is at least
+/// that of [`BlockAverages`], which is widened for what few numbers do not know.
 ///
 /// A series that never changes has error zero. A number that is not finite makes both results NaN.
 ///
@@ -39,6 +41,24 @@ fn chi_squared_quantile(degrees: usize) -> f64 {
 /// # Errors
 /// [`Error::TooFewObservations`] below 16 numbers.
 pub fn blocking(series: &[f64]) -> Result<Estimate, Error> {
+    /// From here on blocking sees the whole memory.
+    const ENOUGH: f64 = 40.0;
+    let plain = plateau(series)?;
+    let length = series.len().div_ceil(BlockAverages::MAXIMUM_BLOCKS);
+    let blocks: Vec<f64> = series.chunks_exact(length).map(mean).collect();
+    let memory = memory(&[&blocks]);
+    if memory.independent(blocks.len() as f64) >= ENOUGH {
+        return Ok(plain);
+    }
+    let widened = (memory.widened() * length as f64 / series.len() as f64).sqrt();
+    Ok(Estimate::new(plain.mean, larger(plain.standard_error, widened)))
+}
+
+/// The mean with the error by Jonsson's test, which is too small in a series of few independent
+/// numbers.
+fn plateau(series: &[f64]) -> Result<Estimate, Error> {
+    /// Of 0.99.
+    const NORMAL_QUANTILE: f64 = 2.326_347_874_040_841;
     /// One level of blocking.
     struct Level {
         blocks: usize,
@@ -91,7 +111,7 @@ pub fn blocking(series: &[f64]) -> Result<Estimate, Error> {
     let usable = levels.iter().take_while(|level| level.blocks >= MINIMUM_BLOCKS).count();
     let passed = (0..usable).find(|&first| {
         let statistic: f64 = levels[first..].iter().map(|level| level.correlation).sum();
-        statistic < chi_squared_quantile(levels.len() - first)
+        statistic < chi_squared_quantile(levels.len() - first, NORMAL_QUANTILE)
     });
     let squared = match passed {
         Some(level) => levels[level].corrected,
@@ -116,7 +136,7 @@ pub fn variance(series: &[f64]) -> Result<Estimate, Error> {
 }
 
 /// Mean of the second half of a series minus mean of the first, with the error by [`blocking`] each
-/// half.
+/// half, which is not widened: a drift is to be seen.
 ///
 /// A steady state gives zero within about two errors; so does a drift that is slower than the noise,
 /// and halves that are short against the relaxation of the system. Middle element of an odd length:
@@ -134,7 +154,7 @@ pub fn drift(series: &[f64]) -> Result<Estimate, Error> {
         });
     }
     let (first, second) = series.split_at(series.len() / 2);
-    let (first, second) = (blocking(first)?, blocking(second)?);
+    let (first, second) = (plateau(first)?, plateau(second)?);
     // Neighbors across the cut are correlated, which is of relative order τ/length.
     let squared = first.standard_error * first.standard_error + second.standard_error * second.standard_error;
     Ok(Estimate::new(second.mean - first.mean, squared.sqrt()))
@@ -153,7 +173,7 @@ mod tests {
             let exact = ChiSquared::new(f64::from(degrees)).unwrap().inverse_cdf(0.99);
             let tolerance = if degrees == 1 { 0.01 } else { 0.0025 };
             approx::assert_relative_eq!(
-                chi_squared_quantile(degrees as usize),
+                chi_squared_quantile(degrees as usize, 2.326_347_874_040_841),
                 exact,
                 max_relative = tolerance
             );
@@ -213,7 +233,8 @@ mod tests {
         // A ramp never decorrelates: sixteen blocks have the largest error, whose square is
         // N²/12 (1 − 1/16²) 16/15 / 16.
         let ramp: Vec<f64> = (0..1024).map(f64::from).collect();
-        let estimate = blocking(&ramp).unwrap();
+        let estimate = plateau(&ramp).unwrap();
+        assert!(blocking(&ramp).unwrap().standard_error > 2.0 * estimate.standard_error);
         approx::assert_relative_eq!(
             estimate.standard_error / 1024.0,
             (255.0_f64 / 256.0 / 180.0).sqrt(),

@@ -18,6 +18,7 @@ mod blocking;
 pub mod deviations;
 mod equilibration;
 mod estimate;
+mod memory;
 mod replicas;
 #[cfg(test)]
 pub(crate) mod test_series;
@@ -27,6 +28,7 @@ pub use block_averages::BlockAverages;
 pub use blocking::{blocking, drift, variance};
 pub use equilibration::{Equilibration, equilibration};
 pub use estimate::Estimate;
+pub(crate) use memory::{FEWEST_INDEPENDENT, memory, scattered};
 pub use replicas::mean_of_replicas;
 
 /// Fewest blocks from which an error is estimated: it is then itself uncertain by 1/√(2·15) = 18 %.

@@ -331,7 +331,7 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
         &self.move_counts
     }
 
-    /// The maximum displacements of [`LocalMoves::tuned`] as they are now, alone or between event chains; none of
+    /// The maximum displacements of [`LocalMoves::tuned`](crate::moves::LocalMoves::tuned) as they are now, alone or between event chains; none of
     /// other moves.
     pub fn tuned_displacements(&self) -> Option<&TunedDisplacements> {
         self.engine.local()?.tuning()

@@ -54,7 +54,7 @@
 //!
 //! `all_figures` puts the pictures, captions and claims of the four studies that draw the paper's figures on one page. Beside
 //! what studies share there are [`homogeneous`] Monte Carlo, the opponent of the gradient; the [`calibration`] of the
-//! library's models; and a [plain](plain) program, the yardstick of the benches.
+//! library's models; and a [plain] program, the yardstick of the benches.
 
 #![allow(
     clippy::must_use_candidate,

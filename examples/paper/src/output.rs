@@ -65,7 +65,7 @@ impl<C: Cell> Cell for &C {
     }
 }
 
-/// A row of a CSV file, of [cells](output::Cell): `row![height, number_density]`.
+/// A row of a CSV file, of [cells](crate::output::Cell): `row![height, number_density]`.
 #[macro_export]
 macro_rules! row {
     ($($cell:expr),* $(,)?) => {{

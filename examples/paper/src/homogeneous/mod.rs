@@ -2,7 +2,7 @@
 //!
 //! | moves | Z = P/(nT) from |
 //! |---|---|
-//! | local | 1 + 4η g(1⁺), the contact value extrapolated ([`contact`]) |
+//! | local | 1 + 4η g(1⁺), the contact value extrapolated (`contact`) |
 //! | straight event chains | 1 + Σs/ℓ: s are the separations along the chain in all collisions, ℓ the length of all chains (Michel, Kapfer and Krauth, doi:10.1063/1.4863991) |
 //!
 //! Centers are kept cell by cell, relative to the corner of their cell, so that no distance has to be folded back.

@@ -20,7 +20,7 @@ fn color(outcome: Outcome) -> RGBColor {
 const WIDTH: u32 = 1600;
 const ROW: f64 = 46.0;
 const TITLE: f64 = 44.0;
-/// Rows' names take as much room as so many columns of a map with [`COLUMNS`].
+/// Rows' names take as much room as so many columns of a map with `COLUMNS`.
 const HEAD: f64 = 0.17;
 const TOP: f64 = 92.0;
 

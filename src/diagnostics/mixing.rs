@@ -1,7 +1,7 @@
 //! Whether a run has seen what it should.
 
 use crate::monitor::Monitor;
-use crate::statistics::{Estimate, FEWEST_INDEPENDENT, blocking, drift, mean, memory};
+use crate::statistics::{Estimate, FEWEST_INDEPENDENT, drift, mean, memory, plateau};
 use crate::warning::MixingEvidence;
 use crate::{Quantity, Warning};
 
@@ -43,9 +43,10 @@ impl<'a> Mixing<'a> {
         Self { series: monitor.center_of_mass(), required_variance, slowest: slowest(monitor) }
     }
 
-    /// Height of the center of mass; its error is NaN if the series is too short for one.
+    /// Height of the center of mass, with an error that is not widened, so that a column that moves is seen
+    /// to be far from where it should be; the error is NaN if the series is too short for one.
     pub(super) fn center_of_mass(&self) -> Estimate {
-        blocking(self.series).unwrap_or(Estimate::new(f64::NAN, f64::NAN))
+        plateau(self.series).unwrap_or(Estimate::new(f64::NAN, f64::NAN))
     }
 
     fn variance(&self) -> f64 {

@@ -56,7 +56,7 @@ pub fn blocking(series: &[f64]) -> Result<Estimate, Error> {
 
 /// The mean with the error by Jonsson's test, which is too small in a series of few independent
 /// numbers.
-fn plateau(series: &[f64]) -> Result<Estimate, Error> {
+pub(crate) fn plateau(series: &[f64]) -> Result<Estimate, Error> {
     /// Of 0.99.
     const NORMAL_QUANTILE: f64 = 2.326_347_874_040_841;
     /// One level of blocking.

@@ -25,6 +25,7 @@ pub(crate) mod test_series;
 
 pub use autocorrelation::{Autocorrelation, autocorrelation};
 pub use block_averages::BlockAverages;
+pub(crate) use blocking::plateau;
 pub use blocking::{blocking, drift, variance};
 pub use equilibration::{Equilibration, equilibration};
 pub use estimate::Estimate;

@@ -387,6 +387,8 @@ fn certificate_of(scene: Scene<UniformField, ExponentialTemperature>, expected: 
         let error = simulation.certificate(tolerance).unwrap_err();
         assert!(matches!(error, Error::InvalidParameter { .. }), "{tolerance}: {error:?}");
     }
+    // So few sweeps may not have mixed.
+    simulation.run(4000, &mut ()).unwrap();
     let text = simulation.certificate(0.05).unwrap().to_string();
     assert!(text.contains(expected), "{text}");
 }

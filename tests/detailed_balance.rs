@@ -239,7 +239,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
 
     /// The field frozen at the start of production is the one measured in the last three quarters of the step that ended
-    /// then, or the theory's if it says so, and does not change any more.
+    /// then, or the theory's where the column was not at rest, and does not change any more.
     #[test]
     fn self_consistent_once_frozen(
         field in field_case(),

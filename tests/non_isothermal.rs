@@ -12,7 +12,7 @@ use gradient_mc::drive::{
 use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::field::{ExponentialField, UniformField};
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
-use gradient_mc::observers::{Bins, EquationOfStateProfile};
+use gradient_mc::observers::{Bins, DensityProfile, EquationOfStateProfile};
 use gradient_mc::start::{ClosePacked, Positions, RandomInsertion, Start, Theory};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::{ExponentialTemperature, TabulatedTemperature, TemperatureFn};
@@ -296,5 +296,31 @@ proptest! {
         check!(AveragedThenFrozen::new(width).unwrap());
         check!(RunningAverage::new(width).unwrap());
         check!(Instantaneous::new(width).unwrap());
+    }
+}
+
+/// Temperatures that fall by a tenth to a third of themselves over a diameter: nobody's equation of state is good there,
+/// so the field has to come from the measurement. An independent iteration has n = 0.821(5) at 0.55 for β = 0.2.
+#[test]
+fn steep_temperatures_are_measured() {
+    for (decay_rate, density) in [(0.1, None), (0.2, Some(Estimate::new(0.821, 0.005))), (0.3, None)] {
+        let slab = Slab::new(40.0, 6.0, 6.0).unwrap();
+        let temperature = ExponentialTemperature::new(6.0, decay_rate).unwrap();
+        let scene = Scene::new(slab, 180, UniformField::default(), temperature).unwrap();
+        let builder = Simulation::builder(scene).scheme(SelfConsistent::default());
+        let mut simulation = builder.moves(EventChains::default()).seed(3).build().unwrap();
+        simulation.equilibrate(40_000, &mut ()).unwrap();
+        assert!(simulation.adaptation().follows_measurement(), "{decay_rate}");
+        let layer = DensityProfile::new(simulation.scene().slab(), Bins::count(1).from(0.5).to(0.6)).unwrap();
+        let mut layer = Every::new(4, layer);
+        simulation.run(40_000, &mut layer).unwrap();
+        let certificate = simulation.certificate(0.03).unwrap();
+        let residual = certificate.residual();
+        assert!(residual.mean.abs() < 0.03 && residual.standard_error < 0.01, "{decay_rate}: {certificate}");
+        if let Some(expected) = density {
+            let found = layer.observer.points().unwrap()[0].number_density;
+            let error = found.standard_error.hypot(expected.standard_error);
+            assert!(error < 0.012 && (found.mean - expected.mean).abs() < 4.0 * error, "{found}");
+        }
     }
 }

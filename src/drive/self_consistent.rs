@@ -3,10 +3,11 @@
 use super::column_average::{ColumnAverage, Prior};
 use super::effective_potential::bin_width_of;
 use super::{Adaptation, EffectivePotential, Scheme};
-use crate::equation_of_state::{EquationOfState, FluidSolid, packing_fraction};
+use crate::equation_of_state::FluidSolid;
 use crate::frame::{Frame, Phase};
 use crate::observer::{Observer, ObserverError};
 use crate::scene::AnyScene;
+use crate::statistics::drift;
 use crate::{Error, Field, Scene, TemperatureProfile};
 
 /// The effective field by iteration: freeze, measure, update, every time twice as long as before; frozen for good when
@@ -24,9 +25,9 @@ use crate::{Error, Field, Scene, TemperatureProfile};
 ///   step is left out.
 /// - Counts and weights are averaged, never ratios of single configurations, so there is no noise
 ///   bias of order 1/(spheres per bin and sweep). The last step, some half of the equilibration, makes the field.
-/// - While the column is still far from mechanical balance, the theory's field takes the place of the measured
-///   one: a column that falls or rises would otherwise be held where it is by the field that its own
-///   weight makes. Balance is judged by ∫P dx from the weights against ∫nTZ dx, to 10 %.
+/// - A step in which the column fell or rose changes nothing: a field made of it would hold the column where it is, by
+///   its own weight. The column goes on in the field in force, at first the theory's, until it is at rest: until its
+///   center of mass in the second half of a step is where it was in the first, within four standard errors.
 /// - The theory profile, which knows the column above the layers to 0.2 % ([`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls)), stands in with
 ///   the [weight](Self::theory_weight) of 10⁵ counted spheres per diameter of height: as many as have to be counted to
 ///   know the density as well, since what a whole column does together is forgotten slowly. So a short
@@ -74,9 +75,11 @@ pub struct Iteration {
     lid_gain: f64,
     follows_measurement: bool,
     steps: u32,
-    /// What the step under way has measured, and how much the one before had.
+    /// What the step under way has measured, and how many configurations made the field in force.
     average: ColumnAverage,
-    configurations_before: u64,
+    configurations_in_force: u64,
+    /// Heights of the center of mass in the step under way, after every sweep.
+    centers: Vec<f64>,
     sweeps: u64,
     step: [u64; 2],
     /// Whether the last sweep was one of equilibration.
@@ -103,7 +106,8 @@ impl<F: Field, T: TemperatureProfile> Scheme<F, T> for SelfConsistent {
             follows_measurement: false,
             steps: 0,
             average: ColumnAverage::new(&potential),
-            configurations_before: 0,
+            configurations_in_force: 0,
+            centers: Vec::new(),
             sweeps: 0,
             step: [0, Iteration::FIRST_STEP],
             adapting: false,
@@ -124,55 +128,37 @@ impl Iteration {
         self.steps
     }
 
-    /// Whether the field in force was measured; until the column is near balance, it is the theory's.
+    /// Whether measurements had a part in the field in force; before the first step at rest, it is the theory's.
     #[must_use]
     pub fn follows_measurement(&self) -> bool {
         self.follows_measurement
     }
 
-    /// Whether the weights and the equation of state agree on ∫P dx to 10 %.
-    fn near_balance(&self, scene: &AnyScene<'_>, width: f64, rows: &[[f64; 2]]) -> bool {
-        const TOLERANCE: f64 = 0.1;
-        /// Densities are smoothed over this many diameters, more than a layer at the wall.
-        const SMOOTHING: f64 = 2.0;
-        /// Above this no equation of state makes sense, and the column is surely not balanced.
-        const DENSEST: f64 = 0.72;
-        let equation_of_state = FluidSolid::default();
-        // At least one bin, at most all.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let group = ((SMOOTHING / width).ceil() as usize).clamp(1, rows.len());
-        let volume = scene.slab().base_area() * width * self.average.configurations() as f64;
-        let (mut weights, mut theory) = (0.0, 0.0);
-        for (index, rows) in rows.chunks(group).enumerate() {
-            let count: f64 = rows.iter().map(|row| row[0]).sum();
-            let eta = packing_fraction(count / (volume * rows.len() as f64)).min(DENSEST);
-            let height = (index * group) as f64 * width + 0.5 * width * rows.len() as f64;
-            let temperature = scene.temperature().temperature(height);
-            theory += count * temperature * equation_of_state.compressibility_factor(eta);
-            weights += rows.iter().map(|row| row[1]).sum::<f64>();
-        }
-        (weights / theory - 1.0).abs() < TOLERANCE
+    /// Whether the center of mass stood still within the errors of the step; false where it is too short to tell.
+    fn at_rest(&self) -> bool {
+        /// A drift of more standard errors than this is no accident.
+        const LARGEST_DRIFT: f64 = 4.0;
+        drift(&self.centers).is_ok_and(|drift| drift.deviation_from(0.0).abs() <= LARGEST_DRIFT)
     }
 
-    /// Ends a step: the field becomes that of what it measured.
+    /// Ends a step: if the column was at rest, the field becomes that of what was measured.
     fn update(&mut self, potential: &mut EffectivePotential, scene: &AnyScene<'_>) -> Result<(), Error> {
-        let contact = self.average.lid_pressure(scene, &self.prior);
-        let lid = self.lid_pressure + self.lid_gain * (contact - self.lid_pressure);
-        let width = potential.bin_width();
-        let rows = self.average.counts_and_pressures(width, scene.slab().base_area(), lid);
-        self.follows_measurement = self.near_balance(scene, width, &rows);
-        if self.follows_measurement {
-            self.lid_pressure = lid;
-            let ratios = self.average.ratios(scene, width, lid, &self.prior);
-            potential.set(lid, |bin| ratios[bin])?;
-        } else {
-            self.lid_pressure = self.prior.lid_pressure;
-            potential.set(self.lid_pressure, |bin| self.prior.ratios[bin])?;
+        if self.at_rest() {
+            let contact = self.average.lid_pressure(scene, &self.prior);
+            self.lid_pressure += self.lid_gain * (contact - self.lid_pressure);
+            let ratios = self.average.ratios(scene, potential.bin_width(), self.lid_pressure, &self.prior);
+            potential.set(self.lid_pressure, |bin| ratios[bin])?;
+            self.follows_measurement = true;
+            self.configurations_in_force = self.average.configurations();
         }
         self.steps += 1;
-        self.configurations_before = self.average.configurations();
-        self.average.clear();
+        self.clear();
         Ok(())
+    }
+
+    fn clear(&mut self) {
+        self.average.clear();
+        self.centers.clear();
     }
 }
 
@@ -183,6 +169,9 @@ impl Observer for Iteration {
             self.sweeps += 1;
             let [begin, end] = self.step;
             let relaxed = 4 * (self.sweeps - begin) > end - begin;
+            if relaxed {
+                self.centers.push(frame.heights().sum::<f64>() / frame.particles() as f64);
+            }
             if relaxed && self.sweeps.is_multiple_of(Self::SWEEPS_BETWEEN_LOOKS) {
                 self.average.add(frame);
             }
@@ -206,14 +195,14 @@ impl Adaptation<EffectivePotential> for Iteration {
         potential: &mut EffectivePotential,
         scene: &AnyScene<'_>,
     ) -> Result<(), Error> {
-        // A step that was hardly begun knows less than the one before.
+        // A step that was hardly begun knows less than the one in force.
         if self.average.configurations() > 0
-            && 2 * self.average.configurations() >= self.configurations_before
+            && 2 * self.average.configurations() >= self.configurations_in_force
         {
             self.update(potential, scene)?;
         }
         // A later equilibration starts anew from the field that there is.
-        self.average.clear();
+        self.clear();
         self.step = [self.sweeps, self.sweeps + self.step[0].max(Self::FIRST_STEP)];
         Ok(())
     }

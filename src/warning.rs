@@ -1,6 +1,6 @@
 //! What makes a result doubtful, said by the program itself.
 
-use crate::drive::Certificate;
+use crate::drive::{Certificate, MeasuredShare};
 use crate::hydrostatics::DomainExit;
 use crate::statistics::Estimate;
 use std::fmt;
@@ -66,6 +66,12 @@ pub enum Warning {
     FeedbackNotConverged {
         /// The verdict in full.
         certificate: Certificate,
+    },
+    /// The effective field is mostly that of the theory; little of it was measured.
+    #[non_exhaustive]
+    FieldOfTheory {
+        /// How much was.
+        measured: MeasuredShare,
     },
     /// The field comes from the counts of single configurations, whose noise biases it ([`Instantaneous`](crate::drive::Instantaneous)).
     #[non_exhaustive]
@@ -269,6 +275,11 @@ impl fmt::Display for Warning {
             Self::FeedbackNotConverged { certificate } => {
                 write!(formatter, "feedback not converged: {certificate}")
             }
+            Self::FieldOfTheory { measured } => write!(
+                formatter,
+                "the field is mostly theory: {measured} was measured: equilibrate longer, or take \
+                 SelfConsistent::without_theory"
+            ),
             Self::CountingNoise { spheres_per_bin, pressure_deviation } => write!(
                 formatter,
                 "counting noise in the field: {spheres_per_bin:.1} spheres in a bin bias P at the base by up to \

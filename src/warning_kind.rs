@@ -47,6 +47,7 @@ kinds! {
     NotMixed "not mixed",
     FarFromTheory "far from theory",
     FeedbackNotConverged "feedback not converged",
+    FieldOfTheory "field of the theory",
     CountingNoise "counting noise",
     ChangesWhileMeasuring "changes while measuring",
     LidTooLow "lid too low",

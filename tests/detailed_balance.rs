@@ -13,7 +13,8 @@ use common::wrong_rules::{
     EquationThirtyOneAsPrinted, TemperatureInMetropolis, sign_of_displacement, temperature_where_it_starts,
 };
 use gradient_mc::drive::{
-    Automatic, Drive, EquationOfStateClosure, Instantaneous, Scheme, SelfConsistent, log_acceptance,
+    Adaptation, Automatic, Drive, EquationOfStateClosure, Instantaneous, MeasuredShare, Scheme,
+    SelfConsistent, log_acceptance,
 };
 use gradient_mc::equation_of_state::{EquationOfState, FluidSolid};
 use gradient_mc::field::UniformField;
@@ -263,7 +264,7 @@ proptest! {
         let prior = theory_ratio(&scene, &equation_of_state);
         let acceleration = |height| field.acceleration(height);
         let lid = simulation.lid_pressure();
-        let follows_measurement = simulation.adaptation().follows_measurement();
+        let follows_measurement = simulation.adaptation().measured_share() != Some(MeasuredShare::NONE);
         let ratios = counted_ratios(&scene, acceleration, &looked_at, lid, Some(&prior));
         let ratio = |bin| if follows_measurement { ratios[bin] } else { prior(bin) };
         let rebuilt = Rebuilt::new(BINS, &slab(), acceleration, scene.temperature(), ratio);

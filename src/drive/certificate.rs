@@ -1,5 +1,6 @@
 //! Whether the effective field was the right one: the balance of forces in a production run.
 
+use super::MeasuredShare;
 use super::column_average::LidContact;
 use crate::frame::{Frame, Phase};
 use crate::observer::{Observer, ObserverError};
@@ -28,6 +29,8 @@ pub struct ForceBalance {
     lowest: f64,
     band_height: f64,
     certifiable: bool,
+    /// Of the field, when production began.
+    measured: Option<MeasuredShare>,
     /// Σ u' and Σ a over the spheres of each band; contact density at the lid and pressure that the field assumes there,
     /// both times area; height of the center of mass and its square.
     sample: Vec<f64>,
@@ -69,10 +72,16 @@ impl ForceBalance {
             lowest,
             band_height,
             certifiable,
+            measured: None,
             sample: vec![0.0; components],
             averages: BlockAverages::of(components),
             replica_drifts: Vec::new(),
         }
+    }
+
+    /// Says how much was measured of the field in which production begins.
+    pub(crate) fn set_measured_share(&mut self, measured: Option<MeasuredShare>) {
+        self.measured = measured;
     }
 
     fn bands(&self) -> usize {
@@ -199,6 +208,7 @@ impl ForceBalance {
             lid,
             drift,
             effective_sample_size,
+            measured: self.measured,
         })
     }
 }
@@ -244,6 +254,7 @@ impl Merge for ForceBalance {
         self.replica_drifts.extend(other.own_drift().ok());
         self.replica_drifts.extend_from_slice(&other.replica_drifts);
         self.certifiable &= other.certifiable;
+        self.measured = self.measured.zip(other.measured).map(|(own, other)| own.least(other));
         Ok(())
     }
 }
@@ -287,6 +298,9 @@ pub struct Certificate {
     pub drift: Estimate,
     /// Number of independent configurations that would know the center of mass as well.
     pub effective_sample_size: f64,
+    /// How much of the field was measured, the rest being theory; nothing in an isothermal scene, or where the scheme does
+    /// not say. The verdict owes nothing to the theory, whatever the field does. Of replicas the least.
+    pub measured: Option<MeasuredShare>,
 }
 
 /// The verdict of a [`Certificate`]. The residual is the largest `P_iso` T/W − 1, with sign and error.
@@ -368,6 +382,7 @@ impl Certificate {
             lid: exact,
             drift,
             effective_sample_size: independent.clamp(1.0, count),
+            measured: None,
         })
     }
 
@@ -411,6 +426,7 @@ impl fmt::Display for Certificate {
             ": P_iso T/W is off by {percent} % at height {height:.1} (tolerance {:.2} %), drift of h_c {drift}, \
              effective sample size {effective_sample_size:.0}",
             100.0 * tolerance,
-        )
+        )?;
+        self.measured.map_or(Ok(()), |measured| write!(formatter, "; of the field {measured} was measured"))
     }
 }

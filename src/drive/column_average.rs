@@ -1,6 +1,7 @@
 //! What the feedback measures: numbers and weights in the bins of an effective potential.
 
 use super::effective_potential::{Division, EffectivePotential};
+use super::measured_share::{MeasuredAt, MeasuredShare};
 use crate::equation_of_state::EquationOfState;
 use crate::frame::Frame;
 use crate::{Error, Field, Scene, TemperatureProfile};
@@ -81,21 +82,45 @@ impl ColumnAverage {
         let area = scene.slab().base_area() * self.configurations as f64;
         let measured = temperature * self.lid.density_times_area() / area;
         let seen = self.lid.seen();
-        let imagined = prior.weight * LidContact::DEPTH * LidContact::VARIANCE;
+        let imagined = prior.weight * LidContact::THEORY_WEIGHT * LidContact::DEPTH * LidContact::VARIANCE;
+        if seen + imagined == 0.0 {
+            return 0.0;
+        }
         (seen * measured + imagined * prior.lid_pressure) / (seen + imagined)
     }
 
     /// P/n in each bin for a pressure on the lid, from what was counted and what the theory stands for: always finite.
     pub(super) fn ratios<F, T>(&self, scene: &Scene<F, T>, width: f64, lid: f64, prior: &Prior) -> Vec<f64> {
         let rows = self.counts_and_pressures(width, scene.slab().base_area(), lid);
-        let height = scene.slab().height();
         let both = |(bin, ([count, pressure], ratio)): (usize, ([f64; 2], &f64))| {
-            let above_base = scene.slab().lowest_center() + (bin as f64 + 0.5) * width;
-            let imagined = width * prior.weight_at(above_base.min(height - above_base));
-            (pressure + imagined * ratio) / (count + imagined)
+            let imagined = width * prior.weight_at(distance_from_wall(scene, width, bin));
+            let total = count + imagined;
+            // Where nothing was seen, what the theory says is as good as anything.
+            if total > 0.0 { (pressure + imagined * ratio) / total } else { *ratio }
         };
         rows.into_iter().zip(&prior.ratios).enumerate().map(both).collect()
     }
+
+    /// How much of [`ratios`](Self::ratios) was measured.
+    pub(super) fn measured_share<F, T>(
+        &self,
+        scene: &Scene<F, T>,
+        width: f64,
+        prior: &Prior,
+    ) -> MeasuredShare {
+        MeasuredShare::of(self.counts.iter().enumerate().map(|(bin, &spheres)| {
+            let distance = distance_from_wall(scene, width, bin);
+            let total = spheres + width * prior.weight_at(distance);
+            let share = if total > 0.0 { spheres / total } else { 0.0 };
+            MeasuredAt { distance, spheres, share }
+        }))
+    }
+}
+
+/// From the middle of a bin to the nearest wall.
+fn distance_from_wall<F, T>(scene: &Scene<F, T>, width: f64, bin: usize) -> f64 {
+    let above_base = scene.slab().lowest_center() + (bin as f64 + 0.5) * width;
+    above_base.min(scene.slab().height() - above_base)
 }
 
 /// What the theory of a scene says before anything is measured.
@@ -110,16 +135,14 @@ pub(super) struct Prior {
 }
 
 impl Prior {
-    /// Nearer to a wall than this the fluid is layered, which the theory does not know, so that it stands for less: the
-    /// part that follows.
-    const LAYERED: f64 = 4.0;
+    /// In the layers at a wall, which the theory does not know, it stands for less: for this part.
     const WEIGHT_IN_LAYERS: f64 = 0.03;
     /// A temperature that changes by more of itself within a bin is one that jumps there.
     const SUDDEN: f64 = 0.1;
 
     /// Counted spheres per diameter of height that it stands for, at a distance from the nearest wall.
     fn weight_at(&self, distance: f64) -> f64 {
-        if distance < Self::LAYERED { Self::WEIGHT_IN_LAYERS * self.weight } else { self.weight }
+        if distance < MeasuredShare::LAYERED { Self::WEIGHT_IN_LAYERS * self.weight } else { self.weight }
     }
 
     pub(super) fn new<F: Field, T: TemperatureProfile>(
@@ -181,6 +204,8 @@ impl LidContact {
     /// How much larger the variance of the extrapolated density is than that of the mean over the depth: so many times
     /// as many spheres have to be seen for the same error.
     const VARIANCE: f64 = 16.0;
+    /// Of the theory, against that elsewhere: it knows the pressure in a closed box better than the density at a height.
+    const THEORY_WEIGHT: f64 = 10.0;
 
     /// Adds a sphere whose center is `distance` below contact.
     #[inline]

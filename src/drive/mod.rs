@@ -36,6 +36,7 @@ mod counting_noise;
 mod effective_potential;
 mod equation_of_state_closure;
 mod instantaneous;
+mod measured_share;
 mod running_average;
 mod self_consistent;
 
@@ -45,6 +46,7 @@ pub use certificate::{Certificate, Convergence, ForceBalance, ForceBalancePoint,
 pub use effective_potential::EffectivePotential;
 pub use equation_of_state_closure::EquationOfStateClosure;
 pub use instantaneous::Instantaneous;
+pub use measured_share::MeasuredShare;
 pub use running_average::{AveragedThenFrozen, RunningAverage};
 pub use self_consistent::SelfConsistent;
 

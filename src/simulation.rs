@@ -311,9 +311,10 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
         &self.adaptation
     }
 
-    /// Pressure on the lid in m g/d² that the potential in force assumes: what a pressure profile starts from.
-    pub fn lid_pressure(&self) -> f64 {
-        self.driven.drive.lid_pressure()
+    /// Pressure on the wall at the [open end](Scene::open_end), in m g/d², that the potential in force assumes: what a
+    /// pressure profile starts from. Without error, and none in an isothermal scene.
+    pub fn open_end_pressure(&self) -> f64 {
+        self.driven.drive.open_end_pressure()
     }
 
     /// Sweeps done so far, equilibration included.

@@ -87,12 +87,13 @@ pub enum Warning {
         /// Number of changes since production began.
         changes: u64,
     },
-    /// Pressure on the lid, which P(x) as the weight of what lies above leaves out unless it is told.
+    /// Pressure on the wall at the open end of the column, the lid if the field pulls down, which P(x) as a weight leaves out
+    /// unless it is told.
     #[non_exhaustive]
     LidTooLow {
-        /// Height of the lid.
+        /// Height of that wall.
         lid: f64,
-        /// Pressure on the lid over the largest pressure.
+        /// Pressure on it over the largest pressure.
         pressure_ratio: f64,
     },
     /// Pressure or density are above those of freezing: a fluid there is metastable, and what a crystal or a glass is
@@ -293,8 +294,8 @@ impl fmt::Display for Warning {
             ),
             Self::LidTooLow { lid, pressure_ratio } => write!(
                 formatter,
-                "the lid is too low: at height {lid:.1} it carries {:.2} % of the largest pressure: raise it, or add \
-                 the pressure on it (set_lid_pressure)",
+                "the lid is too low: the wall at height {lid:.1}, where the column ends, carries {:.2} % of the largest \
+                 pressure: raise the lid, or add the pressure on that wall (set_open_end_pressure)",
                 100.0 * pressure_ratio,
             ),
             Self::Metastable { lowest_height, highest_height, packing_fraction } => write!(

@@ -24,7 +24,7 @@ use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{
     AcceptedMove, Error, Field, Frame, Observer, ObserverError, Recorder, Scene, Simulation, Slab,
     TemperatureProfile, Vector3,
-};
+, Wall};
 use proptest::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -85,7 +85,7 @@ fn counted_ratios(
     scene: &AnyScene,
     acceleration: impl Fn(f64) -> f64,
     configurations: &[Vec<f64>],
-    lid: f64,
+    end: f64,
     prior: Option<&dyn Fn(usize) -> f64>,
 ) -> Vec<f64> {
     let (mut counts, mut weights) = (vec![0.0; BINS], vec![0.0; BINS]);
@@ -97,8 +97,12 @@ fn counted_ratios(
     }
     (0..BINS)
         .map(|bin| {
-            let on_lid = lid * slab().base_area() * configurations.len() as f64;
-            let pressure = width() * (weights[bin] / 2.0 + weights[bin + 1..].iter().sum::<f64>() + on_lid);
+            let at_end = end * slab().base_area() * configurations.len() as f64;
+            let between = match scene.open_end() {
+                Wall::Lid => weights[bin] / 2.0 + weights[bin + 1..].iter().sum::<f64>(),
+                Wall::Base => -weights[bin] / 2.0 - weights[..bin].iter().sum::<f64>(),
+            };
+            let pressure = width() * (between + at_end);
             match prior {
                 Some(prior) => {
                     let from_wall = middle(bin).min(slab().height() - middle(bin));
@@ -263,9 +267,9 @@ proptest! {
         let equation_of_state = FluidSolid::default();
         let prior = theory_ratio(&scene, &equation_of_state);
         let acceleration = |height| field.acceleration(height);
-        let lid = simulation.lid_pressure();
+        let end = simulation.open_end_pressure();
         let follows_measurement = simulation.adaptation().measured_share() != Some(MeasuredShare::NONE);
-        let ratios = counted_ratios(&scene, acceleration, &looked_at, lid, Some(&prior));
+        let ratios = counted_ratios(&scene, acceleration, &looked_at, end, Some(&prior));
         let ratio = |bin| if follows_measurement { ratios[bin] } else { prior(bin) };
         let rebuilt = Rebuilt::new(BINS, &slab(), acceleration, scene.temperature(), ratio);
         let potential = potential_with(field, &scene, &rebuilt);

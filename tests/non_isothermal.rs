@@ -174,7 +174,7 @@ fn general<F, T>(
         let certificate = simulation.certificate(tolerance).unwrap();
         assert!(certificate.is_converged(), "{certificate}");
         let mut profile = profile.observer;
-        profile.set_lid_pressure(simulation.lid_pressure()).unwrap();
+        profile.set_open_end_pressure(simulation.open_end_pressure()).unwrap();
         let deviations = deviations(&profile, ranges);
         agree(&deviations, 0.012).unwrap();
         profile

@@ -99,10 +99,10 @@ impl<F: Field, T: TemperatureProfile> Drive<F, T> for AutomaticDrive {
     }
 
     #[inline]
-    fn lid_pressure(&self) -> f64 {
+    fn open_end_pressure(&self) -> f64 {
         match &self.0 {
             Kind::Isothermal { .. } => 0.0,
-            Kind::Mapped(potential) => Drive::<F, T>::lid_pressure(potential.as_ref()),
+            Kind::Mapped(potential) => Drive::<F, T>::open_end_pressure(potential.as_ref()),
         }
     }
 }

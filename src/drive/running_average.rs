@@ -108,17 +108,17 @@ impl Averaging {
     ) -> Result<(EffectivePotential, Self), Error> {
         let mut potential = EffectivePotential::new(scene, bin_width)?;
         let prior = Prior::new(scene, &potential, &FluidSolid::default(), Self::THEORY_WEIGHT)?;
-        potential.set(prior.lid_pressure, |bin| prior.ratios[bin])?;
+        potential.set(prior.open_end_pressure, |bin| prior.ratios[bin])?;
         let average = ColumnAverage::new(&potential);
         let (measured, phase) = (MeasuredShare::NONE, Phase::Equilibration);
         Ok((potential, Self { freezes, prior, average, measured, sweeps: 0, phase }))
     }
 
     fn update(&mut self, potential: &mut EffectivePotential, scene: &AnyScene<'_>) -> Result<(), Error> {
-        let lid_pressure = self.average.lid_pressure(scene, &self.prior);
-        let ratios = self.average.ratios(scene, potential.bin_width(), lid_pressure, &self.prior);
+        let open_end_pressure = self.average.open_end_pressure(scene, &self.prior);
+        let ratios = self.average.ratios(scene, potential.bin_width(), open_end_pressure, &self.prior);
         self.measured = self.average.measured_share(scene, potential.bin_width(), &self.prior);
-        potential.set(lid_pressure, |bin| ratios[bin])
+        potential.set(open_end_pressure, |bin| ratios[bin])
     }
 
     /// Whether nothing changes any more.

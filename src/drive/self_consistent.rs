@@ -34,7 +34,7 @@ use crate::{Error, Field, Scene, TemperatureProfile, Warning};
 ///   measured, and no bin is ever empty. [`measured_share`](super::Adaptation::measured_share), certificates and
 ///   warnings say how much was measured. `docs/physics.md` has the measurement by which the weight was chosen;
 ///   [`without_theory`](Self::without_theory) leaves it out.
-/// - The pressure on the lid is the contact density there times T, together with that of the theory, which has ten times
+/// - The pressure on the wall at the [open end](Scene::open_end) is the contact density there times T, together with that of the theory, which has ten times
 ///   the weight there: in a closed box 10⁴ sweeps of 500 spheres know a contact density to some 4 %.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SelfConsistent {
@@ -82,9 +82,9 @@ impl SelfConsistent {
 #[derive(Debug, Clone)]
 pub struct Iteration {
     prior: Prior,
-    lid_pressure: f64,
-    /// Of what the contact density says, the part by which the pressure on the lid follows it in a step.
-    lid_gain: f64,
+    open_end_pressure: f64,
+    /// Of what the contact density says, the part by which the pressure at the open end follows it in a step.
+    end_gain: f64,
     measured: MeasuredShare,
     steps: u32,
     /// What the step under way has measured, and how many configurations made the field in force.
@@ -105,15 +105,15 @@ impl<F: Field, T: TemperatureProfile> Scheme<F, T> for SelfConsistent {
     fn drive(self, scene: &Scene<F, T>) -> Result<(EffectivePotential, Iteration), Error> {
         let mut potential = EffectivePotential::new(scene, self.bin_width)?;
         let prior = Prior::new(scene, &potential, &FluidSolid::default(), self.theory_weight)?;
-        potential.set(prior.lid_pressure, |bin| prior.ratios[bin])?;
+        potential.set(prior.open_end_pressure, |bin| prior.ratios[bin])?;
         let temperature = |height: f64| scene.temperature().temperature(height);
         let mean_inverse = potential.heights().map(|height| 1.0 / temperature(height)).sum::<f64>()
             / potential.bins() as f64;
         // In a weightless box the contact density overreacts to a wrong pressure by this factor (`docs/physics.md`).
-        let response = temperature(scene.slab().highest_center()) * mean_inverse;
+        let response = temperature(scene.open_end().contact_height(scene.slab())) * mean_inverse;
         let iteration = Iteration {
-            lid_pressure: prior.lid_pressure,
-            lid_gain: 1.0 / response.max(1.0),
+            open_end_pressure: prior.open_end_pressure,
+            end_gain: 1.0 / response.max(1.0),
             prior,
             measured: MeasuredShare::NONE,
             steps: 0,
@@ -152,10 +152,11 @@ impl Iteration {
     /// Ends a step: if the column was at rest, the field becomes that of what was measured.
     fn update(&mut self, potential: &mut EffectivePotential, scene: &AnyScene<'_>) -> Result<(), Error> {
         if self.at_rest() {
-            let contact = self.average.lid_pressure(scene, &self.prior);
-            self.lid_pressure += self.lid_gain * (contact - self.lid_pressure);
-            let ratios = self.average.ratios(scene, potential.bin_width(), self.lid_pressure, &self.prior);
-            potential.set(self.lid_pressure, |bin| ratios[bin])?;
+            let contact = self.average.open_end_pressure(scene, &self.prior);
+            self.open_end_pressure += self.end_gain * (contact - self.open_end_pressure);
+            let ratios =
+                self.average.ratios(scene, potential.bin_width(), self.open_end_pressure, &self.prior);
+            potential.set(self.open_end_pressure, |bin| ratios[bin])?;
             self.measured = self.average.measured_share(scene, potential.bin_width(), &self.prior);
             self.configurations_in_force = self.average.configurations();
         }

@@ -3,7 +3,7 @@
 //! `cargo run --release --example model_for`
 
 use gradient_mc::field::UniformField;
-use gradient_mc::model::{Model, total_variation_distance};
+use gradient_mc::model::{Accuracy, Model, total_variation_distance};
 use gradient_mc::moves::EventChains;
 use gradient_mc::observers::{Bins, DensityProfile};
 use gradient_mc::temperature::Isothermal;
@@ -27,7 +27,7 @@ fn main() -> Result<(), Error> {
         "asked     model                 share of spheres at a wrong height (the truth is known to {known_to:.4})"
     );
     for tolerance in [0.3, 0.05, 0.004] {
-        let choice = scene.model_for(tolerance)?;
+        let choice = scene.model_for(Accuracy::density(tolerance)?)?;
         let name = match choice.model() {
             Model::IdealGas(_) => "ideal gas".to_owned(),
             Model::Hydrostatics(_) => "hydrostatic theory".to_owned(),

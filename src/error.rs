@@ -1,5 +1,6 @@
 //! The one error type of the library.
 
+use crate::equation_of_state::DomainSide;
 use std::fmt;
 use thiserror::Error;
 
@@ -157,10 +158,16 @@ pub enum Error {
         /// Bound of its magnitude, from probes around it.
         bound: f64,
     },
-    /// An event chain passed from sphere to sphere without getting ahead.
+    /// An event chain went from sphere to sphere, or was stopped by the field, without getting ahead.
     #[error(
-        "an event chain of {length} diameters is stuck after {path}: spheres touch all along its way; \
-         loosen the packing, or equilibrate longer before measuring"
+        "an event chain of {length} diameters is stuck after {path}: {cause}",
+        length = figures(*length), path = figures(*path),
+        cause = if *field_events >= HELD_BY_FIELD {
+            "the field stops it at once wherever it goes: take shorter chains, or equilibrate, which tunes their length, \
+             or LocalMoves::tuned"
+        } else {
+            "spheres touch all along its way; loosen the packing, or equilibrate longer before measuring"
+        }
     )]
     #[non_exhaustive]
     ChainStuck {
@@ -168,6 +175,8 @@ pub enum Error {
         length: f64,
         /// Path that it made.
         path: f64,
+        /// How often the field stopped it since it last got ahead.
+        field_events: u32,
     },
     /// A profile of bins was asked for that has no bins, or too many to be sensible.
     #[error(
@@ -255,9 +264,13 @@ pub enum Error {
     },
     /// No packing fraction gives the pressure that the column exerts.
     #[error(
-        "the equation of state has no state with P/T = {reduced_pressure} (met at height {height}): \
-         use one whose domain reaches higher, or a lighter column",
-        height = figures(*height), reduced_pressure = figures(*reduced_pressure)
+        "the equation of state has no state with P/T = {reduced_pressure} (met at height {height}): use one whose \
+         domain reaches {remedy}",
+        height = figures(*height), reduced_pressure = figures(*reduced_pressure),
+        remedy = match side {
+            DomainSide::Above => "higher, or a lighter column",
+            DomainSide::Below => "lower, such as FluidSolid, or a lid where it ends",
+        }
     )]
     #[non_exhaustive]
     EquationOfStateExhausted {
@@ -265,6 +278,8 @@ pub enum Error {
         height: f64,
         /// Pressure over temperature, in inverse cubic diameters.
         reduced_pressure: f64,
+        /// Whether it is above all that the equation has, or below.
+        side: DomainSide,
     },
     /// A column that is open at the top does not end.
     #[error(
@@ -292,9 +307,13 @@ pub enum Error {
         residual: f64,
     },
     /// An estimate was asked of too few data.
-    #[error("{available} observations are too few, {needed} are needed: run longer or observe more often")]
+    #[error(
+        "{what}: {available} are too few, at least {needed} are needed: run longer or observe more often"
+    )]
     #[non_exhaustive]
     TooFewObservations {
+        /// What is too few, and for what.
+        what: &'static str,
         /// Observations made.
         available: usize,
         /// Observations needed.
@@ -361,6 +380,9 @@ impl fmt::Debug for Error {
     }
 }
 
+/// A chain that the field has stopped as often within a diameter is held by the field, whatever else it meets.
+const HELD_BY_FIELD: u32 = 100;
+
 /// A number as a message shows it: in full, or with a power of ten where that would run to many zeros.
 fn figures(value: f64) -> String {
     let magnitude = value.abs();
@@ -378,6 +400,16 @@ impl Error {
             Ok(value)
         } else {
             Err(Self::InvalidParameter { name, value, requirement: "it must be positive and finite" })
+        }
+    }
+
+    /// Fails with [`Error::InvalidParameter`] unless `value` lies between 0 and 1, both excluded.
+    pub(crate) fn require_tolerance(name: &'static str, value: f64) -> Result<f64, Self> {
+        if value > 0.0 && value < 1.0 {
+            Ok(value)
+        } else {
+            let requirement = "it must lie between 0 and 1, both excluded";
+            Err(Self::InvalidParameter { name, value, requirement })
         }
     }
 

@@ -3,7 +3,7 @@
 //! To add a field, implement [`Field`] for a type of your own (one method), or wrap a closure in
 //! [`FieldFn`].
 
-use crate::numerics::{differentiate, integrate_panel};
+use crate::numerics::{differentiate_above, integrate_panel};
 use crate::{Error, Slab};
 use std::cell::Cell;
 use std::sync::Arc;
@@ -13,9 +13,9 @@ use std::sync::Arc;
 /// The one required method is the potential, because differences of it decide every move; the
 /// acceleration is its derivative. Where only a(x) is known, [`FieldFn`] integrates it.
 ///
-/// A field is shared between the threads of a sweep, and moves with its scene to threads of a user's own: so it is `Send`
-/// and `Sync`, and its `&`, `Box` and `Arc` are fields too, but not its `Rc`. With `Box<dyn Field>` a scene is chosen at
-/// run time (see [`Scene`](crate::Scene)).
+/// A field is shared between the threads of a sweep, and moves with its scene to threads of a
+/// user's own: so it is `Send` and `Sync`, and its `&`, `Box` and `Arc` are fields too, but not its
+/// `Rc`. With `Box<dyn Field>` a scene is chosen at run time (see [`Scene`](crate::Scene)).
 ///
 /// ```
 /// use gradient_mc::Field;
@@ -31,13 +31,32 @@ use std::sync::Arc;
 /// ```
 pub trait Field: Send + Sync {
     /// Potential energy m ∫₀ˣ a dx' of a sphere at `height`, in m g d (eq. 15 of
-    /// doi:10.1103/PhysRevE.83.061306).
+    /// doi:10.1103/PhysRevE.83.061306). Nothing is asked outside the slab, [0, H].
     fn potential(&self, height: f64) -> f64;
 
-    /// Acceleration a(x) towards the base, in g; the default differentiates the potential.
+    /// Acceleration a(x) towards the base, in g; the default differentiates the potential, with heights up to 0.002
+    /// above the one asked for, none of them below 0.
     fn acceleration(&self, height: f64) -> f64 {
-        differentiate(|x| self.potential(x), height, 1e-3)
+        differentiate_above(|x| self.potential(x), height, 1e-3, 0.0)
     }
+}
+
+/// How far below the end of a field it is asked for its acceleration: a derivative taken numerically needs 0.002.
+pub(crate) const END_MARGIN: f64 = 2.5e-3;
+
+/// The acceleration of a field that ends at `highest`: next to the end, the cubic through four values below it.
+pub(crate) fn acceleration_below<F: Field + ?Sized>(field: &F, height: f64, highest: f64) -> f64 {
+    let edge = highest - END_MARGIN;
+    if height <= edge {
+        return field.acceleration(height);
+    }
+    let t = (height - edge) / END_MARGIN;
+    let [first, second, third, fourth] =
+        [0.0, 1.0, 2.0, 3.0].map(|steps| field.acceleration(edge - steps * END_MARGIN));
+    // Newton's backward differences.
+    let (one, two) = (first - second, first - 2.0 * second + third);
+    let three = first - 3.0 * (second - third) - fourth;
+    first + t * (one + 0.5 * (t + 1.0) * (two + (t + 2.0) / 3.0 * three))
 }
 
 macro_rules! forward_field {
@@ -200,7 +219,8 @@ impl<A: Field, B: Field> Field for SumField<A, B> {
 ///
 /// Between nodes 1/32 of a diameter apart the potential is the cubic with the closure's values as
 /// slopes: its error is below 2.5·10⁻⁹ times the third derivative of a. A jump at a node, such as a whole number, is
-/// kept as it is; one between two nodes is rounded over the 1/32 between them.
+/// kept as it is; one between two nodes is rounded over the 1/32 between them. The last node is the lid: the closure is
+/// never asked above it.
 ///
 /// ```
 /// use gradient_mc::{Slab, field::{Field, FieldFn}};
@@ -213,8 +233,10 @@ impl<A: Field, B: Field> Field for SumField<A, B> {
 #[derive(Clone)]
 pub struct FieldFn<A> {
     acceleration: A,
-    /// Potential, acceleration, and acceleration just below, at multiples of [`Self::SPACING`].
+    /// Potential, acceleration, and acceleration just below, at multiples of [`Self::SPACING`], and at the lid.
     nodes: Vec<[f64; 3]>,
+    /// Height of the lid.
+    highest: f64,
 }
 
 impl<A> std::fmt::Debug for FieldFn<A> {
@@ -237,11 +259,13 @@ impl<A: Fn(f64) -> f64> FieldFn<A> {
     pub fn new(acceleration: A, slab: &Slab) -> Result<Self, Error> {
         // The slab's height is at most 1e6, so the count fits.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let panels = (slab.height() / Self::SPACING).ceil() as usize + 1;
+        let panels = (slab.height() / Self::SPACING).ceil() as usize;
+        let highest = slab.height();
+        let node = |index: usize| (index as f64 * Self::SPACING).min(highest);
         let mut nodes = Vec::with_capacity(panels + 1);
         let mut potential = 0.0_f64;
         for panel in 0..=panels {
-            let height = panel as f64 * Self::SPACING;
+            let height = node(panel);
             let value = acceleration(height);
             if !(value.is_finite() && potential.is_finite()) {
                 return Err(Error::InvalidField { height, acceleration: value, potential });
@@ -251,9 +275,9 @@ impl<A: Fn(f64) -> f64> FieldFn<A> {
             let jumps =
                 below.is_finite() && (below - value).abs() > Self::JUMP * below.abs().max(value.abs());
             nodes.push([potential, value, if jumps { below } else { value }]);
-            potential += integrate_panel(&acceleration, height, height + Self::SPACING);
+            potential += integrate_panel(&acceleration, height, node(panel + 1));
         }
-        Ok(Self { acceleration, nodes })
+        Ok(Self { acceleration, nodes, highest })
     }
 }
 
@@ -264,8 +288,10 @@ impl<A: Fn(f64) -> f64 + Send + Sync> Field for FieldFn<A> {
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let panel = (scaled.max(0.0) as usize).min(self.nodes.len() - 2);
         let [[u0, a0, _], [u1, _, a1]] = [self.nodes[panel], self.nodes[panel + 1]];
-        let s = scaled - panel as f64;
-        let (h0, h1) = (a0 * Self::SPACING, a1 * Self::SPACING);
+        // The last panel ends at the lid.
+        let width = (self.highest - panel as f64 * Self::SPACING).min(Self::SPACING);
+        let s = (height - panel as f64 * Self::SPACING) / width;
+        let (h0, h1) = (a0 * width, a1 * width);
         let rise = u1 - u0;
         u0 + s * (h0 + s * (3.0 * rise - 2.0 * h0 - h1 + s * (h0 + h1 - 2.0 * rise)))
     }
@@ -283,11 +309,13 @@ pub(crate) fn probe<F: Field>(field: &F, slab: &Slab) -> Result<(), Error> {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let probes = (10.0 * slab.height()).ceil().max(LEAST) as u32;
     let step = slab.height() / f64::from(probes);
+    let height_of = |probe: u32| slab.height() * (f64::from(probe) / f64::from(probes));
+    let acceleration_at = |x: f64| acceleration_below(field, x, slab.height());
     let (mut integral, mut total_scale, mut total_rounding) = (0.0, 0.0, 0.0_f64);
     for probe in 0..probes {
-        let (low, high) = (f64::from(probe) * step, f64::from(probe + 1) * step);
+        let (low, high) = (height_of(probe), height_of(probe + 1));
         for height in [low, high] {
-            let (acceleration, potential) = (field.acceleration(height), field.potential(height));
+            let (acceleration, potential) = (acceleration_at(height), field.potential(height));
             if !(acceleration.is_finite() && potential.is_finite()) {
                 return Err(Error::InvalidField { height, acceleration, potential });
             }
@@ -296,7 +324,7 @@ pub(crate) fn probe<F: Field>(field: &F, slab: &Slab) -> Result<(), Error> {
         let offender = Cell::new(None);
         let acceleration_integral = integrate_panel(
             |x| {
-                let acceleration = field.acceleration(x);
+                let acceleration = acceleration_at(x);
                 if !acceleration.is_finite() {
                     offender.set(Some(x));
                 }
@@ -307,13 +335,13 @@ pub(crate) fn probe<F: Field>(field: &F, slab: &Slab) -> Result<(), Error> {
         );
         if !acceleration_integral.is_finite() {
             let height = offender.get().unwrap_or(0.5 * (low + high));
-            let (acceleration, potential) = (field.acceleration(height), field.potential(height));
+            let (acceleration, potential) = (acceleration_at(height), field.potential(height));
             return Err(Error::InvalidField { height, acceleration, potential });
         }
         // Loose: it is there to catch a wrong formula, not a jump inside one interval or rounding
         // in a default derivative. The rule is off by at most a tenth of a jump, which is at most twice
         // the largest value.
-        let largest = [low, 0.5 * (low + high), high].map(|x| field.acceleration(x).abs()).into_iter();
+        let largest = [low, 0.5 * (low + high), high].map(|x| acceleration_at(x).abs()).into_iter();
         let scale = step * largest.fold(0.0, f64::max);
         let rounding = 1e-9 * field.potential(high).abs() + 1e-9;
         if (potential_difference - acceleration_integral).abs() > 0.25 * scale + rounding {

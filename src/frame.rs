@@ -98,8 +98,8 @@ impl<'a> Frame<'a> {
         self.centers.count()
     }
 
-    /// Centers of the spheres in diameters, x up, y and z inside the periodic widths. A sphere keeps
-    /// its place in this order for the whole run.
+    /// Centers of the spheres in diameters, x up, y and z inside the periodic widths. A sphere
+    /// keeps its place in this order for the whole run.
     #[must_use]
     pub fn positions(&self) -> impl ExactSizeIterator<Item = Vector3<f64>> + Clone + 'a {
         self.centers.positions().iter().map(|&[x, y, z]| Vector3::new(x, y, z))
@@ -119,7 +119,8 @@ impl<'a> Frame<'a> {
         self.centers.for_each_height(visit);
     }
 
-    /// The reduced potential u = U/T in which the sweep was made, at `height`. Only differences matter.
+    /// The reduced potential u = U/T in which the sweep was made, at `height`. Only differences
+    /// matter.
     #[must_use]
     pub fn reduced_potential(&self, height: f64) -> f64 {
         self.potential.reduced_potential(height)

@@ -25,14 +25,14 @@
 //! theory of the same scene for any [`EquationOfState`]. Each of the four traits has one required
 //! method.
 //!
-//! A simulation that is told nothing suits any temperature ([`drive::Automatic`]), starts at the theory
-//! profile, and moves by event chains with tuned local moves between them ([`moves`]). With the feature
-//! `rayon` sweeps share the threads of the pool they run in, with the same outcome.
+//! A simulation that is told nothing suits any temperature ([`drive::Automatic`]), starts at the
+//! theory profile, and moves by event chains with tuned local moves between them ([`moves`]). With
+//! the feature `rayon` sweeps share the threads of the pool they run in, with the same outcome.
 //!
 //! # What a version promises
-//! `nalgebra`'s [`Vector3`] and `rand_pcg`'s generator ([`Generator`]) are part of the public interface, so
-//! a new major version of either is a new major version of this crate. Variants of [`Error`] and
-//! [`Warning`] may get more fields in any version: match them with `..`.
+//! `nalgebra`'s [`Vector3`] and `rand_pcg`'s generator ([`Generator`]) are part of the public
+//! interface, so a new major version of either is a new major version of this crate. Variants of
+//! [`Error`] and [`Warning`] may get more fields in any version: match them with `..`.
 //!
 //! # Limits
 //! Equal hard spheres; at most 2·10⁸ cubic diameters; a self-consistent field that has to be checked
@@ -46,7 +46,16 @@
     clippy::print_stdout,
     clippy::print_stderr
 )]
-#![cfg_attr(test, allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::disallowed_methods))]
+#![cfg_attr(
+    test,
+    allow(
+        clippy::unwrap_used,
+        clippy::expect_used,
+        clippy::panic,
+        clippy::print_stdout,
+        clippy::disallowed_methods
+    )
+)]
 
 mod centers;
 mod configuration;
@@ -95,7 +104,7 @@ pub use slab::Slab;
 #[cfg(feature = "csv")]
 pub use table::{Row, WriteCsv};
 pub use temperature::TemperatureProfile;
-pub use warning::{MixingEvidence, Warning};
+pub use warning::{Disagreement, MixingEvidence, Quantity, Warning};
 pub use warning_kind::WarningKind;
 
 /// The code of README.md, compiled.

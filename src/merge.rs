@@ -42,7 +42,11 @@ pub trait Merge {
         Self: Clone + 'a,
     {
         let mut replicas = replicas.into_iter();
-        let first = replicas.next().ok_or(Error::TooFewObservations { available: 0, needed: 1 })?;
+        let first = replicas.next().ok_or(Error::TooFewObservations {
+            what: "replicas to be merged",
+            available: 0,
+            needed: 1,
+        })?;
         let mut pooled = first.clone();
         replicas.try_for_each(|replica| pooled.merge(replica))?;
         Ok(pooled)

@@ -1,8 +1,8 @@
 //! What a simulation notes about its production run, so that it can be judged afterwards.
 
-use crate::Slab;
 use crate::frame::{Frame, Phase};
 use crate::observer::{AcceptedMove, Observer, ObserverError, Recorder};
+use crate::{Quantity, Slab};
 
 /// Bands of equal height over the whole slab.
 #[derive(Debug, Clone, Copy)]
@@ -61,8 +61,8 @@ impl Recorder for Acceptance {
 
 /// Notes about production: it reads configurations and moves, and changes neither them nor the generator.
 ///
-/// The series of the center of mass is thinned whenever it is full, so that it spans the run in bounded memory, and the
-/// longer a run the less it costs.
+/// The series of the center of mass and of numbers of spheres are thinned whenever they are full, so that
+/// they span the run in bounded memory, and the longer a run the less they cost.
 #[derive(Debug, Clone)]
 pub(crate) struct Monitor {
     /// Whether moves are to be recorded: if all of them are trials.
@@ -75,7 +75,11 @@ pub(crate) struct Monitor {
     generation: u64,
     /// Sweeps between two numbers of the series.
     interval: u64,
-    series: Vec<f64>,
+    /// Of the center of mass, and of the number of spheres below or above each mark.
+    series: [Vec<f64>; 1 + Self::MARKS],
+    /// Heights that spheres are counted below (two) and above (two).
+    marks: [f64; Self::MARKS],
+    lowest_center: f64,
     /// Spheres by band, summed over looks that count for as many sweeps as they are apart.
     occupancy: Vec<u64>,
     weight: u64,
@@ -88,6 +92,7 @@ impl Monitor {
     /// bands. With these numbers all of it costs 0.5 % (25 000 spheres) to 1.3 % (360) of the first thousand sweeps, 0.2
     /// to 0.5 % of eight thousand, and less the longer a run.
     const LONGEST_SERIES: usize = 128;
+    const MARKS: usize = 4;
     pub(crate) const FIRST_INTERVAL: u64 = 8;
     /// Looks at the bands are at least so many sweeps apart.
     const SWEEPS_BETWEEN_COUNTS: u64 = 32;
@@ -103,7 +108,9 @@ impl Monitor {
             sweeps: 0,
             generation: 0,
             interval: Self::FIRST_INTERVAL,
-            series: Vec::with_capacity(Self::LONGEST_SERIES),
+            series: std::array::from_fn(|_| Vec::with_capacity(Self::LONGEST_SERIES)),
+            marks: [0.0; Self::MARKS],
+            lowest_center: slab.lowest_center(),
             occupancy: zeros(),
             weight: 0,
             bands,
@@ -114,21 +121,21 @@ impl Monitor {
     /// Forgets everything: production begins, with the drive at this `generation`.
     fn start(&mut self, generation: u64) {
         (self.sweeps, self.generation, self.interval, self.weight) = (0, generation, Self::FIRST_INTERVAL, 0);
-        self.series.clear();
+        self.series.iter_mut().for_each(Vec::clear);
         let Acceptance { trials, accepted, .. } = &mut self.acceptance;
         for counts in [&mut self.occupancy, trials, accepted] {
             counts.fill(0);
         }
     }
 
-    /// Whether the moves of the sweep that comes, or has just come, are recorded. Some of the equilibration are too, to
-    /// have the memory for it.
+    /// Whether the moves of the sweep that comes, or has just come, are recorded. Some of the
+    /// equilibration are too, to have the memory for it.
     fn is_recording(&self) -> bool {
         self.records && self.seen.is_multiple_of(Self::SWEEPS_BETWEEN_RECORDS)
     }
 
-    /// Counts the moves and trials of a sweep that was recorded: spheres are picked uniformly, so a band has as many
-    /// trials as spheres.
+    /// Counts the moves and trials of a sweep that was recorded: spheres are picked uniformly, so a
+    /// band has as many trials as spheres.
     fn count_moves(&mut self, frame: &Frame<'_>) {
         let Acceptance { bands, trials, accepted, accepted_now } = &mut self.acceptance;
         for (sum, now) in accepted.iter_mut().zip(accepted_now) {
@@ -144,26 +151,58 @@ impl Monitor {
         if !sweep.is_multiple_of(self.interval) {
             return;
         }
-        if self.series.len() == Self::LONGEST_SERIES {
-            for kept in 0..Self::LONGEST_SERIES / 2 {
-                self.series[kept] = self.series[2 * kept];
+        if sweep == 0 {
+            self.mark(frame);
+        }
+        if self.series[0].len() == Self::LONGEST_SERIES {
+            for series in &mut self.series {
+                for kept in 0..Self::LONGEST_SERIES / 2 {
+                    series[kept] = series[2 * kept];
+                }
+                series.truncate(Self::LONGEST_SERIES / 2);
             }
-            self.series.truncate(Self::LONGEST_SERIES / 2);
             self.interval *= 2;
             // The sweep is a multiple of the new interval too.
         }
-        let mut moment = 0.0;
+        let marks = self.marks;
+        let (mut moment, mut below) = (0.0, [0_u64; Self::MARKS]);
+        let mut count = |height: f64| {
+            moment += height;
+            for (below, mark) in below.iter_mut().zip(marks) {
+                *below += u64::from(height < mark);
+            }
+        };
         let between_counts = self.interval.max(Self::SWEEPS_BETWEEN_COUNTS);
         if sweep.is_multiple_of(between_counts) {
             self.weight += between_counts;
             frame.for_each_height(|height| {
-                moment += height;
+                count(height);
                 self.occupancy[self.bands.of(height)] += between_counts;
             });
         } else {
-            frame.for_each_height(|height| moment += height);
+            frame.for_each_height(count);
         }
-        self.series.push(moment / frame.particles() as f64);
+        let [center, counts @ ..] = &mut self.series;
+        center.push(moment / frame.particles() as f64);
+        // The number above a height has the same memory as that below.
+        counts.iter_mut().zip(below).for_each(|(series, below)| series.push(below as f64));
+    }
+
+    /// Chooses the marks: half a diameter above the lowest centers, where the first layer is; the
+    /// lowest band; and the edges of bands that half and nine tenths of the spheres are below.
+    fn mark(&mut self, frame: &Frame<'_>) {
+        const LAYER: f64 = 0.5;
+        let mut counts = vec![0_usize; self.bands.count];
+        frame.for_each_height(|height| counts[self.bands.of(height)] += 1);
+        let quantile = |part: f64| {
+            let mut below = 0;
+            let reached = counts.iter().position(|count| {
+                below += count;
+                below as f64 >= part * frame.particles() as f64
+            });
+            self.bands.edge(1 + reached.unwrap_or(0))
+        };
+        self.marks = [self.lowest_center + LAYER, self.bands.edge(1), quantile(0.5), quantile(0.9)];
     }
 
     /// Sweeps of production.
@@ -177,8 +216,21 @@ impl Monitor {
     }
 
     /// Heights of the center of mass, evenly spaced in time over production.
-    pub(crate) fn series(&self) -> &[f64] {
-        &self.series
+    pub(crate) fn center_of_mass(&self) -> &[f64] {
+        &self.series[0]
+    }
+
+    /// All series, evenly spaced in time over production.
+    pub(crate) fn series(&self) -> impl Iterator<Item = (Quantity, &[f64])> {
+        let [layer, band, middle, top] = self.marks;
+        let quantities = [
+            Quantity::CenterOfMass,
+            Quantity::NumberBelow(layer),
+            Quantity::NumberBelow(band),
+            Quantity::NumberAbove(middle),
+            Quantity::NumberAbove(top),
+        ];
+        quantities.into_iter().zip(self.series.iter().map(|series| &series[..]))
     }
 
     pub(crate) fn bands(&self) -> &Bands {
@@ -250,7 +302,7 @@ mod tests {
         let mut monitor = Monitor::new(&slab, false);
         for sweep in 0..40_000_u32 {
             show(&mut monitor, &slab, sweep.into(), u64::from(sweep) + 1, 3);
-            let series = monitor.series();
+            let series = monitor.center_of_mass();
             let interval = monitor.interval as f64;
             assert!(series.len() <= Monitor::LONGEST_SERIES);
             assert!(sweep < 1024 || series.len() > Monitor::LONGEST_SERIES / 2);
@@ -266,7 +318,7 @@ mod tests {
         assert!((occupancy - 2.0).abs() < 1e-9);
         // Another production run begins.
         show(&mut monitor, &slab, 7.0, 1, 4);
-        assert_eq!((monitor.series(), monitor.sweeps(), monitor.generation()), (&[7.0][..], 1, 4));
+        assert_eq!((monitor.center_of_mass(), monitor.sweeps(), monitor.generation()), (&[7.0][..], 1, 4));
     }
 
     #[test]

@@ -23,6 +23,25 @@ pub(crate) fn differentiate(f: impl Fn(f64) -> f64, x: f64, h: f64) -> f64 {
     (8.0 * (f(x + h) - f(x - h)) - (f(x + 2.0 * h) - f(x - 2.0 * h))) / (12.0 * h)
 }
 
+/// The same of an `f` that is not to be asked below `lowest`: within two steps of it the five points begin there.
+pub(crate) fn differentiate_above(f: impl Fn(f64) -> f64, x: f64, h: f64, lowest: f64) -> f64 {
+    if !(x >= lowest && x < lowest + 2.0 * h) {
+        return differentiate(f, x, h);
+    }
+    let t = (x - lowest) / h;
+    // The derivative at t of the polynomial through the points 0 to 4.
+    let points = 0..5_u32;
+    let slope = |point: u32| {
+        let others = move || (0..5_u32).filter(move |&other| other != point);
+        let product = |left_out: u32| {
+            others().filter(|&other| other != left_out).map(|other| t - f64::from(other)).product::<f64>()
+        };
+        let scale: f64 = others().map(|other| f64::from(point) - f64::from(other)).product();
+        others().map(product).sum::<f64>() / scale
+    };
+    points.map(|point| slope(point) * f(lowest + f64::from(point) * h)).sum::<f64>() / h
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -37,5 +56,10 @@ mod tests {
     fn difference_is_exact_for_quartics() {
         let slope = differentiate(|x| x.powi(4), 1.5, 0.01);
         approx::assert_relative_eq!(slope, 13.5, max_relative = 1e-12);
+        for x in [0.0, 0.004, 0.01, 0.019, 0.02, 0.5] {
+            let above = |y: f64| if y < 0.0 { f64::NAN } else { 1.0 + y + y.powi(2) - y.powi(4) };
+            let slope = differentiate_above(above, x, 0.01, 0.0);
+            approx::assert_relative_eq!(slope, 1.0 + 2.0 * x - 4.0 * x.powi(3), max_relative = 1e-12);
+        }
     }
 }

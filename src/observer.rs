@@ -1,8 +1,8 @@
 //! Observers: whatever looks at a simulation while it runs.
 //!
-//! An observer of a user's own, what judges a run afterwards, the balance of forces and what adapts the
-//! potential are all shown the same [`Frame`] after each sweep, and hear of the same single moves if they
-//! name a [`Recorder`]: there is no other way to look.
+//! An observer of a user's own, what judges a run afterwards, the balance of forces and what adapts
+//! the potential are all shown the same [`Frame`] after each sweep, and hear of the same single
+//! moves if they name a [`Recorder`]: there is no other way to look.
 //!
 //! To add one, implement [`Observer`] for a type of your own (one method) and pass it by mutable
 //! reference to [`Simulation::run`](crate::Simulation::run); results are read from it afterwards.
@@ -74,8 +74,8 @@ pub trait Observer {
     /// with the configuration intact.
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError>;
 
-    /// What wants to hear of every single move of the next sweep, usually `Some(self)`; by default nothing, and
-    /// then sweeps report nothing.
+    /// What wants to hear of every single move of the next sweep, usually `Some(self)`; by default
+    /// nothing, and then sweeps report nothing.
     fn recorder(&mut self) -> Option<&mut dyn Recorder> {
         None
     }

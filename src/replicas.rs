@@ -294,7 +294,11 @@ impl<R> Outcome<R> {
             return Err(Error::InvalidParameter { name, value, requirement });
         }
         if of_all.len() < 2 {
-            return Err(Error::TooFewObservations { available: of_all.len(), needed: 2 });
+            return Err(Error::TooFewObservations {
+                what: "replicas for a scatter",
+                available: of_all.len(),
+                needed: 2,
+            });
         }
         let over_replicas = |index: usize| {
             let means: Vec<f64> = of_all.iter().map(|estimates| estimates[index].mean).collect();

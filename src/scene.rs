@@ -136,11 +136,13 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
     }
 }
 
-/// A scene of any field and temperature, borrowed: what code that must not depend on their types is given.
+/// A scene of any field and temperature, borrowed: what code that must not depend on their types is
+/// given.
 pub type AnyScene<'a> = Scene<&'a dyn Field, &'a dyn TemperatureProfile>;
 
 impl<F: Field, T: TemperatureProfile> Scene<F, T> {
-    /// The same scene, with field and temperature behind references; it costs nothing and probes nothing.
+    /// The same scene, with field and temperature behind references; it costs nothing and probes
+    /// nothing.
     pub fn as_any(&self) -> AnyScene<'_> {
         let Self { slab, particles, field, temperature, open_end } = self;
         Scene { slab: *slab, particles: *particles, field, temperature, open_end: *open_end }

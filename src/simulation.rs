@@ -2,7 +2,7 @@
 
 use crate::centers::Centers;
 use crate::configuration::Configuration;
-use crate::diagnostics::Case;
+use crate::diagnostics::{self, Case};
 use crate::drive::{Adaptation, Automatic, Certificate, Drive, Driven, ForceBalance, Scheme};
 use crate::frame::{Frame, MoveCounts, Phase};
 use crate::monitor::Monitor;
@@ -27,8 +27,9 @@ use std::sync::Arc;
 /// type VaryingTemperature = Simulation<UniformField, ExponentialTemperature>;
 /// ```
 ///
-/// The third parameter is the scheme by which a temperature that varies enters (see [`drive`](crate::drive)). It may be
-/// left out: [`Automatic`] suits any temperature, and isothermal scenes hold nothing for those that vary.
+/// The third parameter is the scheme by which a temperature that varies enters (see
+/// [`drive`](crate::drive)). It may be left out: [`Automatic`] suits any temperature, and
+/// isothermal scenes hold nothing for those that vary.
 ///
 /// A run has two phases. [`equilibrate`](Self::equilibrate) lets the drive adapt;
 /// [`run`](Self::run) measures, with whatever the drive froze. Observers look after every sweep.
@@ -61,7 +62,8 @@ pub struct Simulation<F, T, S: Scheme<F, T> = Automatic> {
     balance: Option<Box<ForceBalance>>,
 }
 
-/// Collects the choices that make a [`Simulation`]: a scheme, a start, moves and a seed, in any order.
+/// Collects the choices that make a [`Simulation`]: a scheme, a start, moves and a seed, in any
+/// order.
 #[derive(Clone)]
 pub struct SimulationBuilder<F, T, S = Automatic> {
     scene: Scene<F, T>,
@@ -72,8 +74,8 @@ pub struct SimulationBuilder<F, T, S = Automatic> {
 }
 
 impl<F: Field, T: TemperatureProfile> Simulation<F, T> {
-    /// Describes a simulation of `scene`: the [`Automatic`] scheme, a start at the theory profile, [`Moves::default`] and
-    /// seed 0, until told otherwise.
+    /// Describes a simulation of `scene`: the [`Automatic`] scheme, a start at the theory profile,
+    /// [`Moves::default`] and seed 0, until told otherwise.
     pub fn builder(scene: Scene<F, T>) -> SimulationBuilder<F, T> {
         SimulationBuilder { scene, scheme: Automatic, start: Arc::new(Theory), moves: None, seed: 0 }
     }
@@ -107,9 +109,10 @@ impl<F: Field, T: TemperatureProfile, S> SimulationBuilder<F, T, S> {
     /// Makes the drive, places the spheres and checks them.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for displacements that are too large for the slab, [`Error::UnsuitableMoves`] for moves
-    /// that the scheme does not take; what scheme and start return; [`Error::OutsideSlab`] and [`Error::Overlap`] with the
-    /// indices of the spheres; [`Error::WrongParticleCount`] if the start does not place as many as the scene has.
+    /// [`Error::InvalidParameter`] for displacements that are too large for the slab,
+    /// [`Error::UnsuitableMoves`] for moves that the scheme does not take; what scheme and start
+    /// return; [`Error::OutsideSlab`] and [`Error::Overlap`] with the indices of the spheres;
+    /// [`Error::WrongParticleCount`] if the start does not place as many as the scene has.
     pub fn build(self) -> Result<Simulation<F, T, S>, Error>
     where
         S: Scheme<F, T>,
@@ -214,15 +217,16 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     ///
     /// | judged | raises |
     /// |---|---|
-    /// | the series of the center of mass: its drift, its memory, and its variance against what equilibrium demands of it | [`TooShort`](Warning::TooShort), [`NotMixed`](Warning::NotMixed) |
+    /// | the series of the center of mass: its drift, and its variance against what equilibrium demands of it; the memory of the slowest of it and of numbers of spheres below and above some heights | [`TooShort`](Warning::TooShort), [`NotMixed`](Warning::NotMixed), [`NothingMoved`](Warning::NothingMoved) |
     /// | its mean against [`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls), where that is good | [`FarFromTheory`](Warning::FarFromTheory), [`NoTheory`](Warning::NoTheory) |
     /// | every 128th sweep, if all moves are local | [`LowAcceptance`](Warning::LowAcceptance) |
     /// | the balance of forces and the field, where the temperature varies | [`FeedbackNotConverged`](Warning::FeedbackNotConverged), [`FieldOfTheory`](Warning::FieldOfTheory), [`CountingNoise`](Warning::CountingNoise), [`ChangesWhileMeasuring`](Warning::ChangesWhileMeasuring), [`SteepGradient`](Warning::SteepGradient), [`DensityJump`](Warning::DensityJump) |
     /// | density, and pressure as the weight of what lies above | [`Metastable`](Warning::Metastable), [`BoxIncommensurate`](Warning::BoxIncommensurate) |
     /// | the box | [`LidTooLow`](Warning::LidTooLow), [`NarrowBox`](Warning::NarrowBox) |
     ///
-    /// Of runs that have seen 4, 8, 16, 32 and 64 independent configurations, 94, 78, 38, 6 and 0.2 % are called not mixed.
-    /// It is worked out when asked for, in some milliseconds, since the theory of the scene is solved; what it needs of
+    /// Fewer than 10 independent configurations of any of those are too few, as in the profiles.
+    /// It is worked out when asked for, in some milliseconds (a second or two where T changes by its own size within a
+    /// diameter), since the theory of the scene is solved; what it needs of
     /// the run is noted every few sweeps, from the first of production on. Replicas are judged each by itself.
     ///
     /// ```
@@ -271,8 +275,8 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     /// Whether the production run so far can be trusted: whether the field it was made in is that of the density which
     /// it made, to a relative `tolerance`, and whether the column was at rest.
     ///
-    /// An isothermal scene has no field that could be wrong: there only the column is judged, and the verdict is
-    /// [`Isothermal`](crate::drive::Convergence::Isothermal) if it is at rest.
+    /// An isothermal scene has no field that could be wrong: there only the column is judged, and
+    /// the verdict is [`Isothermal`](crate::drive::Convergence::Isothermal) if it is at rest.
     ///
     /// ```
     /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::ExponentialTemperature};
@@ -287,13 +291,16 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     /// ```
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a tolerance that is not positive and finite; [`Error::TooFewObservations`] for a
+    /// [`Error::InvalidParameter`] for a tolerance that is not between 0 and 1; [`Error::TooFewObservations`] for a
     /// production run below 320 sweeps.
     pub fn certificate(&self, tolerance: f64) -> Result<Certificate, Error> {
-        match self.force_balance() {
-            Some(balance) => balance.certificate(tolerance),
-            None => Certificate::isothermal(self.monitor.series(), tolerance),
-        }
+        let Self { monitor, .. } = self;
+        let certificate = match self.force_balance() {
+            Some(balance) => balance.certificate(tolerance)?,
+            None => Certificate::isothermal(monitor.center_of_mass(), monitor.sweeps(), tolerance)?,
+        };
+        let (_, independent) = diagnostics::slowest(monitor);
+        Ok(certificate.mixed(independent))
     }
 
     /// What is simulated.

@@ -29,8 +29,8 @@ impl Slab {
     /// Largest extent in diameters.
     pub const MAXIMUM_EXTENT: f64 = 1e6;
     /// Largest volume of a scene in cubic diameters, twice that of 10⁷ spheres in 400 x 500 x 500: cells take four to
-    /// eight bytes per cubic diameter (in slabs below ten diameters across more), spheres some 150 bytes each, and a
-    /// lattice start up to fifty bytes per square diameter of the base.
+    /// eight bytes per cubic diameter (more in slabs below ten diameters high or across: up to four times as much),
+    /// spheres some 150 bytes each. Nothing else grows with the volume.
     pub const MAXIMUM_VOLUME: f64 = 2e8;
 
     /// A slab of the given height and periodic widths along y and z, in diameters.

@@ -3,7 +3,7 @@
 //! To add a profile, implement [`TemperatureProfile`] for a type of your own (one method), or wrap a
 //! closure in [`TemperatureFn`].
 
-use crate::numerics::differentiate;
+use crate::numerics::differentiate_above;
 use crate::{Error, Slab};
 use std::sync::Arc;
 
@@ -21,21 +21,23 @@ use std::sync::Arc;
 /// assert!(Bump.logarithmic_gradient(40.0).abs() < 1e-9);
 /// ```
 ///
-/// A profile is `Send` and `Sync`, as a [`Field`](crate::Field) is and for the same reasons; its `&`, `Box` and `Arc` are
-/// profiles too.
+/// A profile is `Send` and `Sync`, as a [`Field`](crate::Field) is and for the same reasons; its
+/// `&`, `Box` and `Arc` are profiles too.
 pub trait TemperatureProfile: Send + Sync {
-    /// T(x): positive and finite over the whole slab.
+    /// T(x): positive and finite over the whole slab. Nothing is asked outside it.
     fn temperature(&self, height: f64) -> f64;
 
-    /// d ln T/dx; the default differentiates [`temperature`](Self::temperature).
+    /// d ln T/dx; the default differentiates [`temperature`](Self::temperature), with heights up to 0.002 above the one
+    /// asked for, none of them below 0.
     fn logarithmic_gradient(&self, height: f64) -> f64 {
-        differentiate(|x| self.temperature(x), height, 1e-3) / self.temperature(height)
+        differentiate_above(|x| self.temperature(x), height, 1e-3, 0.0) / self.temperature(height)
     }
 
-    /// The temperature if it is the same at all heights and that is known without a look at them; by default unknown.
+    /// The temperature if it is the same at all heights and that is known without a look at them;
+    /// by default unknown.
     ///
-    /// A scene whose profile answers runs as fast as one of [`Isothermal`]; one whose profile only turns out to be
-    /// constant is isothermal as well.
+    /// A scene whose profile answers runs as fast as one of [`Isothermal`]; one whose profile only
+    /// turns out to be constant is isothermal as well.
     #[inline]
     fn constant(&self) -> Option<f64> {
         None
@@ -266,8 +268,8 @@ pub(crate) fn probe<T: TemperatureProfile + ?Sized>(profile: &T, slab: &Slab) ->
     Ok(())
 }
 
-/// The temperature of a slab if it is the same at all heights, to rounding: known, or found by a look at four heights to
-/// a diameter. A profile has been probed at forty.
+/// The temperature of a slab if it is the same at all heights, to rounding: known, or found by a
+/// look at four heights to a diameter. A profile has been probed at forty.
 pub(crate) fn constant<T: TemperatureProfile + ?Sized>(profile: &T, slab: &Slab) -> Option<f64> {
     const DENSITY: f64 = 4.0;
     const LEAST: u32 = 256;

@@ -53,6 +53,11 @@ pub enum Warning {
         /// What gives it away.
         evidence: MixingEvidence,
     },
+    /// No sphere has moved.
+    NothingMoved {
+        /// Sweeps of production so far.
+        sweeps: u64,
+    },
     /// The center of mass is far from where the theory has it, where the theory is good.
     #[non_exhaustive]
     FarFromTheory {
@@ -147,6 +152,23 @@ pub enum Warning {
         /// Fewest blocks of frames in which one of them was occupied.
         blocks: usize,
     },
+    /// Bins in the column whose counts or pressures are known from few independent configurations, so that
+    /// their error bars are too small or mean little.
+    #[non_exhaustive]
+    CorrelatedBins {
+        /// Middle of the lowest of those that were judged together.
+        lowest_height: f64,
+        /// Middle of the highest.
+        highest_height: f64,
+        /// As many independent configurations would know them as well.
+        effective_sample_size: f64,
+    },
+    /// Replicas that were merged contradict each other: they have not all reached the same state.
+    #[non_exhaustive]
+    ReplicasDisagree {
+        /// Where they do.
+        disagreement: Disagreement,
+    },
     /// Bins over which the density changes too much to be compared with a local equation of state by their means.
     #[non_exhaustive]
     WideBins {
@@ -201,6 +223,65 @@ pub enum Warning {
     },
 }
 
+/// Where merged replicas contradict each other; of [`Warning::ReplicasDisagree`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Disagreement {
+    /// In the height of the center of mass.
+    #[non_exhaustive]
+    CenterOfMass {
+        /// Lowest mean of a replica.
+        lowest: f64,
+        /// Highest.
+        highest: f64,
+    },
+    /// In some bins of a profile.
+    #[non_exhaustive]
+    Bins {
+        /// Number of such bins.
+        bins: usize,
+        /// Middle of the lowest.
+        lowest_height: f64,
+        /// Middle of the highest.
+        highest_height: f64,
+    },
+}
+
+impl fmt::Display for Disagreement {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::CenterOfMass { lowest, highest } => {
+                write!(formatter, "their centers of mass are at {lowest:.3} to {highest:.3}")
+            }
+            Self::Bins { bins, lowest_height, highest_height } => {
+                write!(formatter, "in {bins} bins between heights {lowest_height:.2} and {highest_height:.2}")
+            }
+        }
+    }
+}
+
+/// What a run keeps series of, by which its memory is judged; of [`MixingEvidence::FewIndependent`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub enum Quantity {
+    /// The height of the center of mass.
+    CenterOfMass,
+    /// The number of spheres with centers below a height.
+    NumberBelow(f64),
+    /// The number of spheres with centers above a height, which is the weight on it.
+    NumberAbove(f64),
+}
+
+impl fmt::Display for Quantity {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::CenterOfMass => formatter.write_str("the center of mass"),
+            Self::NumberBelow(height) => write!(formatter, "the number of spheres below {height:.1}"),
+            Self::NumberAbove(height) => write!(formatter, "the number of spheres above {height:.1}"),
+        }
+    }
+}
+
 /// What gives away that a run has not mixed; of [`Warning::NotMixed`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
@@ -211,10 +292,12 @@ pub enum MixingEvidence {
         /// Its height in the second half of production less that in the first.
         drift: Estimate,
     },
-    /// The center of mass has seen few independent configurations.
+    /// The slowest of what is judged has seen few independent configurations: fewer than 10.
     #[non_exhaustive]
     FewIndependent {
-        /// As many independent configurations would know its height as well.
+        /// The slowest.
+        quantity: Quantity,
+        /// As many independent configurations would know its mean as well.
         effective_sample_size: f64,
     },
     /// The center of mass fluctuates less than it must in equilibrium.
@@ -233,12 +316,9 @@ impl fmt::Display for MixingEvidence {
             Self::Drift { drift } => {
                 write!(formatter, "the center of mass still moves, by {drift} between the halves of it")
             }
-            Self::FewIndependent { effective_sample_size } => {
+            Self::FewIndependent { quantity, effective_sample_size } => {
                 let number = effective_sample_size;
-                write!(
-                    formatter,
-                    "the center of mass is known as from {number:.0} independent configurations"
-                )
+                write!(formatter, "{quantity} is known as from {number:.0} independent configurations")
             }
             Self::TooQuiet { variance, required } => write!(
                 formatter,
@@ -267,6 +347,11 @@ impl fmt::Display for Warning {
                 formatter,
                 "not mixed after {sweeps} sweeps of production: {evidence}: equilibrate and run longer, or take \
                  EventChains or LocalMoves::tuned"
+            ),
+            Self::NothingMoved { sweeps } => write!(
+                formatter,
+                "nothing has moved in {sweeps} sweeps of production: spheres are jammed, or displacements too large: take \
+                 LocalMoves::tuned or EventChains, equilibrate first, or start from another configuration"
             ),
             Self::FarFromTheory { center_of_mass, theory } => write!(
                 formatter,
@@ -324,6 +409,15 @@ impl fmt::Display for Warning {
                 formatter,
                 "thin bins: {bins} between heights {lowest_height:.2} and {highest_height:.2} held a sphere in as few as \
                  {blocks} blocks, too few for an error bar: take wider bins or run longer"
+            ),
+            Self::CorrelatedBins { lowest_height, highest_height, effective_sample_size } => write!(
+                formatter,
+                "correlated bins: those between heights {lowest_height:.2} and {highest_height:.2} are known as from \
+                 {effective_sample_size:.0} independent configurations: run longer"
+            ),
+            Self::ReplicasDisagree { disagreement } => write!(
+                formatter,
+                "replicas disagree: {disagreement}: equilibrate longer, and judge every replica by itself"
             ),
             Self::WideBins { bin_width, height, bias } => write!(
                 formatter,

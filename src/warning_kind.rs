@@ -8,10 +8,16 @@ macro_rules! kinds {
         /// What a [`Warning`] is about, without its numbers: to count, filter and look up by.
         ///
         /// ```
-        /// use gradient_mc::{Warning, WarningKind};
-        /// let warning = Warning::LidTooLow { lid: 30.0, pressure_ratio: 0.02 };
-        /// assert_eq!(warning.kind(), WarningKind::LidTooLow);
-        /// assert_eq!(warning.kind().to_string(), "lid too low");
+        /// use gradient_mc::{Scene, Simulation, Slab, WarningKind};
+        /// use gradient_mc::{field::UniformField, temperature::Isothermal};
+        /// let slab = Slab::new(60.0, 6.0, 6.0)?;
+        /// let scene = Scene::new(slab, 360, UniformField::default(), Isothermal::new(5.0)?)?;
+        /// let mut simulation = Simulation::builder(scene).build()?;
+        /// simulation.run(10, &mut ())?;
+        /// let kinds: Vec<WarningKind> = simulation.warnings().iter().map(|warning| warning.kind()).collect();
+        /// assert_eq!(kinds, [WarningKind::TooShort]);
+        /// assert_eq!(kinds[0].to_string(), "too short to be judged");
+        /// # Ok::<(), gradient_mc::Error>(())
         /// ```
         #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
         #[non_exhaustive]
@@ -45,6 +51,7 @@ kinds! {
     TooShort "too short to be judged",
     LowAcceptance "low acceptance",
     NotMixed "not mixed",
+    NothingMoved "nothing has moved",
     FarFromTheory "far from theory",
     FeedbackNotConverged "feedback not converged",
     FieldOfTheory "field of the theory",
@@ -56,6 +63,8 @@ kinds! {
     NarrowBox "narrow box",
     EmptyBins "empty bins",
     ThinBins "thin bins",
+    CorrelatedBins "correlated bins",
+    ReplicasDisagree "replicas disagree",
     WideBins "wide bins",
     OutsideDomain "outside the domain",
     InaccurateEquation "inaccurate equation of state",

@@ -5,8 +5,8 @@
 use std::path::Path;
 use std::process::Command;
 
-/// What the compiler says to a file of `tests/compile_fail`, which it must refuse. It is given the library that this test
-/// was built with: the newest beside it.
+/// What the compiler says to a file of `tests/compile_fail`, which it must refuse. It is given the
+/// library that this test was built with: the newest beside it.
 fn refusal(name: &str) -> String {
     let test = std::env::current_exe().unwrap();
     let dependencies = test.parent().unwrap();

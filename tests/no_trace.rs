@@ -1,6 +1,7 @@
 //! An isothermal scene carries nothing of the feedback that other temperatures need: no table, no
 //! allocation in a sweep, and φ/T to the bit. That it costs no time either is shown by
-//! `cargo bench --bench throughput`, which compares it with a drive specialized by hand.
+//! `cargo bench --bench throughput`, which compares it with a drive specialized by hand. And a slab
+//! that is nearly empty takes memory for its spheres only.
 
 #![allow(clippy::unwrap_used)]
 
@@ -8,9 +9,10 @@ use allocation_counter::measure;
 use gradient_mc::drive::{Automatic, Drive, Scheme, SelfConsistent};
 use gradient_mc::field::{ExponentialField, UniformField};
 use gradient_mc::moves::{LocalMoves, Moves};
-use gradient_mc::start::{Positions, Theory};
+use gradient_mc::start::{ClosePacked, Positions, Start, Theory};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
-use gradient_mc::{Field, Scene, Simulation, Slab, TemperatureProfile};
+use gradient_mc::{Field, Generator, Scene, Simulation, Slab, TemperatureProfile};
+use rand::SeedableRng;
 
 fn scene<T: TemperatureProfile>(temperature: T) -> Scene<UniformField, T> {
     let slab = Slab::new(60.0, 5.0, 5.0).unwrap();
@@ -63,7 +65,8 @@ fn the_isothermal_potential_is_the_closed_form_to_the_bit() {
     check(&Scene::new(slab, 200, field, chosen).unwrap());
 }
 
-/// Allocations of 200 sweeps of production, after 2200 in which everything grows as large as it will.
+/// Allocations of 200 sweeps of production, after 2200 in which everything grows as large as it
+/// will.
 fn allocations_of_production(moves: impl Into<Moves>) -> u64 {
     let mut simulation = Simulation::builder(isothermal()).moves(moves).seed(1).build().unwrap();
     simulation.equilibrate(2000, &mut ()).unwrap();
@@ -112,4 +115,27 @@ fn an_isothermal_simulation_is_made_with_nothing_for_the_feedback() {
     // One that has the machinery has more.
     let self_consistent = measure(|| drop(builder().scheme(SelfConsistent::default()).build().unwrap()));
     assert!(self_consistent.count_total > by_hand.count_total);
+}
+
+/// What a start takes is in proportion to the number of spheres, not to the volume of the slab.
+#[test]
+fn few_spheres_in_a_wide_slab_take_little_memory() {
+    let slab = Slab::new(2.0, 1e4, 1e4).unwrap();
+    for spheres in [1, 1000] {
+        let scene = Scene::new(slab, spheres, UniformField::default(), Isothermal::new(1.0).unwrap());
+        let scene = scene.unwrap();
+        let mut generator = Generator::seed_from_u64(1);
+        let counted = [
+            measure(|| {
+                assert_eq!(ClosePacked.place(&scene.as_any(), &mut generator).unwrap().len(), spheres);
+            }),
+            measure(|| {
+                let generator = &mut Generator::seed_from_u64(1);
+                assert_eq!(Theory.place(&scene.as_any(), generator).unwrap().len(), spheres);
+            }),
+        ];
+        for counted in counted {
+            assert!(counted.bytes_max < 4_000_000, "{} bytes for {spheres} spheres", counted.bytes_max);
+        }
+    }
 }

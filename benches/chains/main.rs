@@ -25,7 +25,7 @@ use gradient_mc::statistics::{Estimate, autocorrelation, blocking};
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Error, Scene, Simulation, Slab, Vector3};
 use newtonian::{NewtonianColumn, Rule};
-use rustix::time::{ClockId, clock_gettime};
+use paper::clock::cpu_seconds;
 
 const TEMPERATURE: f64 = 20.0;
 /// Where the columns come from.
@@ -38,12 +38,6 @@ const LAYER: f64 = 1.0;
 const BULK: f64 = 20.0;
 
 type State = Vec<Vector3<f64>>;
-
-/// CPU seconds of this thread.
-fn cpu_seconds() -> f64 {
-    let time = clock_gettime(ClockId::ThreadCPUTime);
-    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
-}
 
 /// A column that can be moved and looked at.
 trait Column {

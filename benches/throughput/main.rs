@@ -23,8 +23,8 @@ use gradient_mc::start::Positions;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Error, Scene, Simulation, Slab};
 use paper::Failure;
+use paper::clock::process_cpu_seconds as cpu_seconds;
 use paper::plain::PlainColumn;
-use rustix::time::{ClockId, clock_gettime};
 use std::path::PathBuf;
 
 const PARTICLES: usize = 25_000;
@@ -32,12 +32,6 @@ const TURNS: usize = 15;
 const SWEEPS: u64 = 40;
 const WIDTH: f64 = 25.0;
 const TEMPERATURE: f64 = 20.0;
-
-/// CPU seconds of this process: the threads that may share a sweep are counted, others sleep.
-fn cpu_seconds() -> f64 {
-    let time = clock_gettime(ClockId::ProcessCPUTime);
-    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
-}
 
 /// φ/T of a weightless gas, all that an isothermal scene could be specialized to.
 #[derive(Debug, Clone, Copy)]

@@ -1,11 +1,12 @@
 //! Time per trial and per event over the number of spheres.
 
-use crate::{cpu_seconds, median};
+use crate::median;
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Scene, Simulation, Slab};
 use paper::Failure;
+use paper::clock::process_cpu_seconds as cpu_seconds;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use paper::table::Table;
 use std::path::Path;

@@ -1,9 +1,10 @@
 //! What a second thread gains, on the clock on the wall: meaningful on an idle machine only.
 
+use crate::median;
 use crate::packing::fluid;
-use crate::{cpu_seconds, median};
 use gradient_mc::{Simulation, moves::LocalMoves};
 use paper::Failure;
+use paper::clock::process_cpu_seconds as cpu_seconds;
 use std::time::Instant;
 
 const TURNS: usize = 9;

@@ -1,7 +1,8 @@
 //! Engines that take turns, and what comes of it.
 
 use crate::Failure;
-use rustix::time::{ClockId, clock_gettime};
+use cpu_time::{ProcessTime, ThreadTime};
+use std::time::Instant;
 
 /// Trials and acceptances of one turn.
 #[derive(Debug, Clone, Copy, Default)]
@@ -28,17 +29,16 @@ pub(crate) enum Clock {
 }
 
 impl Clock {
-    fn seconds(self) -> f64 {
-        read(match self {
-            Self::Cpu => ClockId::ThreadCPUTime,
-            Self::Wall => ClockId::Monotonic,
-        })
+    /// Seconds that some work takes, and what it gives.
+    fn time<Output>(self, work: impl FnOnce() -> Output) -> (Output, f64) {
+        let (cpu, wall) = (ThreadTime::now(), Instant::now());
+        let output = work();
+        let elapsed = match self {
+            Self::Cpu => cpu.elapsed(),
+            Self::Wall => wall.elapsed(),
+        };
+        (output, elapsed.as_secs_f64())
     }
-}
-
-fn read(clock: ClockId) -> f64 {
-    let time = clock_gettime(clock);
-    time.tv_sec as f64 + 1e-9 * time.tv_nsec as f64
 }
 
 /// All turns of one engine.
@@ -94,13 +94,14 @@ pub(crate) fn contest(
     let mut outcomes = Vec::new();
     for engine in engines.iter_mut() {
         // The turn that warms the caches also tells how many sweeps one takes.
-        let start = clock.seconds();
-        let mut done = 0_u32;
-        while clock.seconds() - start < 0.2 * seconds {
-            engine.run(1)?;
+        let (mut done, mut spent) = (0_u32, 0.0);
+        while spent < 0.2 * seconds {
+            let (count, elapsed) = clock.time(|| engine.run(1));
+            count?;
             done += 1;
+            spent += elapsed;
         }
-        let wanted = seconds * f64::from(done) / (clock.seconds() - start);
+        let wanted = seconds * f64::from(done) / spent;
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         sweeps.push(wanted.ceil() as u64);
         let (label, rates, count) = (engine.label(), Vec::new(), Count::default());
@@ -110,13 +111,12 @@ pub(crate) fn contest(
     for turn in 0..turns {
         for place in 0..contestants {
             let index = (place + turn) % contestants;
-            let (cpu, wall) = (read(ClockId::ProcessCPUTime), read(ClockId::Monotonic));
-            let start = clock.seconds();
-            let count = engines[index].run(sweeps[index])?;
-            let elapsed = clock.seconds() - start;
+            let (cpu, wall) = (ProcessTime::now(), Instant::now());
+            let (count, elapsed) = clock.time(|| engines[index].run(sweeps[index]));
+            let count = count?;
             let outcome = &mut outcomes[index];
-            outcome.cpu += read(ClockId::ProcessCPUTime) - cpu;
-            outcome.wall += read(ClockId::Monotonic) - wall;
+            outcome.cpu += cpu.elapsed().as_secs_f64();
+            outcome.wall += wall.elapsed().as_secs_f64();
             outcome.rates.push(1e-6 * count.trials as f64 / elapsed);
             outcome.count.trials += count.trials;
             outcome.count.accepted += count.accepted;

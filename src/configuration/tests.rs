@@ -187,6 +187,32 @@ fn distance_near_contact() -> impl Strategy<Value = f64> {
     ]
 }
 
+/// A sphere, and a step of nearly one diameter from it.
+fn step_to_contact() -> impl Strategy<Value = (prop::sample::Index, [f64; 3])> {
+    (
+        any::<prop::sample::Index>(),
+        (-1.0..1.0_f64, 0.0..std::f64::consts::TAU, distance_near_contact(), 0_usize..4),
+    )
+        .prop_map(|(chosen, (cosine, angle, distance, axis))| {
+            let sine = (1.0 - cosine * cosine).sqrt();
+            // Along one axis the distance is met to the last bit; otherwise within rounding.
+            let direction = match axis {
+                0 => [cosine.signum(), 0.0, 0.0],
+                1 => [0.0, cosine.signum(), 0.0],
+                2 => [0.0, 0.0, cosine.signum()],
+                _ => [cosine, sine * angle.cos(), sine * angle.sin()],
+            };
+            (chosen, direction.map(|along| distance * along))
+        })
+}
+
+/// Where a step leads, if it stays between the walls.
+fn stepped(center: [f64; 3], step: [f64; 3], extents: [f64; 3]) -> Option<[f64; 3]> {
+    let height = center[0] + step[0];
+    let across = |axis: usize| wrapped(center[axis] + step[axis], extents[axis]);
+    (height >= 0.5 && height <= extents[0] - 0.5).then(|| [height, across(1), across(2)])
+}
+
 fn shifted_by_steps(mut value: f64, steps: i32) -> f64 {
     for _ in 0..steps.abs() {
         value = if steps > 0 { value.next_up() } else { value.next_down() };
@@ -245,30 +271,11 @@ proptest! {
     #[test]
     fn query_near_contact_equals_search_over_all_pairs(
         (extents, positions, _) in scene(),
-        probes in prop::collection::vec(
-            (any::<prop::sample::Index>(), -1.0..1.0_f64, 0.0..std::f64::consts::TAU,
-             distance_near_contact(),
-             0_usize..4),
-            60,
-        ),
+        steps in prop::collection::vec(step_to_contact(), 60),
     ) {
         let configuration = configuration_of(extents, &positions);
-        for (chosen, cosine, angle, distance, axis) in probes {
-            let center = chosen.get(&positions);
-            let sine = (1.0 - cosine * cosine).sqrt();
-            // Along one axis the distance is met to the last bit; otherwise within rounding.
-            let direction = match axis {
-                0 => [cosine.signum(), 0.0, 0.0],
-                1 => [0.0, cosine.signum(), 0.0],
-                2 => [0.0, 0.0, cosine.signum()],
-                _ => [cosine, sine * angle.cos(), sine * angle.sin()],
-            };
-            let query = [
-                center[0] + distance * direction[0],
-                wrapped(center[1] + distance * direction[1], extents[1]),
-                wrapped(center[2] + distance * direction[2], extents[2]),
-            ];
-            if query[0] >= 0.5 && query[0] <= extents[0] - 0.5 {
+        for (chosen, step) in steps {
+            if let Some(query) = stepped(*chosen.get(&positions), step, extents) {
                 assert_same_answer(&configuration, &positions, query);
             }
         }
@@ -294,18 +301,20 @@ proptest! {
     }
 
     #[test]
-    fn overlap_is_mutual((extents, positions, _) in scene()) {
-        for pair in positions.windows(2) {
-            let alone = |position| {
-                let mut configuration = Configuration::empty(slab(extents));
-                configuration.push(position);
-                configuration
-            };
+    fn overlap_is_mutual((extents, positions, _) in scene(), steps in prop::collection::vec(step_to_contact(), 60)) {
+        let mut pairs: Vec<_> = positions.windows(2).map(|pair| [pair[0], pair[1]]).collect();
+        let touching = steps.into_iter().filter_map(|(chosen, step)| {
+            let center = *chosen.get(&positions);
+            Some([center, stepped(center, step, extents)?])
+        });
+        pairs.extend(touching);
+        let mut alone = [0, 1].map(|side| configuration_of(extents, &[pairs.first().map_or(positions[0], |pair| pair[side])]));
+        for pair in pairs {
+            let [first, second] = &mut alone;
+            first.relocate(0, pair[0]);
+            second.relocate(0, pair[1]);
             // Exactly, or a move and its reverse would be judged differently.
-            prop_assert_eq!(
-                alone(pair[0]).overlapping(pair[1]).is_some(),
-                alone(pair[1]).overlapping(pair[0]).is_some()
-            );
+            prop_assert_eq!(first.overlapping(pair[1]).is_some(), second.overlapping(pair[0]).is_some());
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use crate::equation_of_state::{EquationOfState, FREEZING, FluidSolid, ModifiedKolafa};
 use crate::statistics::Estimate;
-use crate::{Error, Field, HydrostaticProfile, Scene, TemperatureProfile, Wall, Warning};
+use crate::{Error, Field, HydrostaticProfile, Scene, TemperatureProfile, Wall, Warning, temperature};
 
 /// The theory profile of a scene between its walls, and what follows from it.
 #[derive(Debug, Clone)]
@@ -78,13 +78,7 @@ impl Expectation {
         // An isothermal simulation is exact whatever the gradient; with a temperature that varies, P = n T Z(η) at
         // every height is what is meant by the scene.
         let slab = scene.slab();
-        let at = |height: f64| scene.temperature().temperature(height);
-        let base = at(slab.lowest_center());
-        let varies = (0..=Self::PARTS).any(|part| {
-            let height =
-                slab.lowest_center() + (slab.height() - 1.0) * f64::from(part) / f64::from(Self::PARTS);
-            (at(height) / base - 1.0).abs() > 1e-9
-        });
+        let varies = temperature::constant(scene.temperature(), slab).is_none();
         let concerns_simulation = |warning: &Warning| match warning {
             Warning::SteepGradient { .. } | Warning::DensityJump { .. } => varies,
             Warning::LidTooLow { .. } => true,

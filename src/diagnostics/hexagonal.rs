@@ -1,5 +1,7 @@
 //! How well hexagonal layers fit a periodic rectangle.
 
+use nalgebra::Matrix2;
+
 /// Lattice vector m(1, 0) + n(½, √3/2).
 fn vector(m: f64, n: f64) -> [f64; 2] {
     [m + 0.5 * n, 0.75_f64.sqrt() * n]
@@ -53,16 +55,14 @@ fn strain(first: [f64; 2], second: [f64; 2], [length, width]: [f64; 2]) -> f64 {
         return f64::INFINITY;
     }
     // F = diag(length, width) [first second]⁻¹, up to the rotation.
-    let rows = [
-        [length * second[1] / determinant, -length * second[0] / determinant],
-        [-width * first[1] / determinant, width * first[0] / determinant],
-    ];
-    // Principal stretches: square roots of the eigenvalues of FᵀF.
-    let [[a, b], [c, d]] = rows;
-    let (xx, yy, xy) = (a * a + c * c, b * b + d * d, a * b + c * d);
-    let (mean, half) = (0.5 * (xx + yy), (0.25 * (xx - yy) * (xx - yy) + xy * xy).sqrt());
-    let stretches = [(mean + half).sqrt(), (mean - half).max(0.0).sqrt()];
-    stretches.into_iter().fold(0.0, |largest: f64, stretch| largest.max((stretch - 1.0).abs()))
+    let gradient = Matrix2::new(
+        length * second[1] / determinant,
+        -length * second[0] / determinant,
+        -width * first[1] / determinant,
+        width * first[0] / determinant,
+    );
+    // Principal stretches.
+    gradient.singular_values().iter().fold(0.0, |largest: f64, stretch| largest.max((stretch - 1.0).abs()))
 }
 
 #[cfg(test)]

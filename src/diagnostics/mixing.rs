@@ -1,14 +1,33 @@
-//! Whether the center of mass has seen what it should.
+//! Whether a run has seen what it should.
 
-use crate::Warning;
-use crate::statistics::{Estimate, autocorrelation, blocking, drift};
+use crate::monitor::Monitor;
+use crate::statistics::{Estimate, FEWEST_INDEPENDENT, blocking, drift, mean, memory};
 use crate::warning::MixingEvidence;
+use crate::{Quantity, Warning};
 
 /// The series of the center of mass, and what equilibrium demands of it.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Mixing<'a> {
     series: &'a [f64],
     required_variance: Option<f64>,
+    slowest: (Quantity, f64),
+}
+
+/// The quantity of which a run has seen the fewest independent configurations, and how many. One that
+/// never changes, other than the center of mass, has no memory.
+pub(crate) fn slowest(monitor: &Monitor) -> (Quantity, f64) {
+    let all = monitor.series().map(|(quantity, series)| (quantity, independent(series), series));
+    let changing = all.filter(|(quantity, _, series)| {
+        *quantity == Quantity::CenterOfMass || series.windows(2).any(|pair| (pair[0] - pair[1]).abs() > 0.0)
+    });
+    changing
+        .map(|(quantity, independent, _)| (quantity, independent))
+        .min_by(|(_, one), (_, other)| one.total_cmp(other))
+        .unwrap_or((Quantity::CenterOfMass, 1.0))
+}
+
+fn independent(series: &[f64]) -> f64 {
+    memory(&[series]).independent(series.len() as f64)
 }
 
 impl<'a> Mixing<'a> {
@@ -17,13 +36,11 @@ impl<'a> Mixing<'a> {
     /// Nor does one below this many standard deviations of an equilibrium configuration matter: the error bar of a run
     /// that has seen a few independent ones is as large.
     const SMALLEST_DRIFT: f64 = 0.75;
-    /// Correlation times of so short a series come out too short: this many stands for some 12.
-    const FEWEST_INDEPENDENT: f64 = 20.0;
     /// Sixteen independent numbers have a smaller part of their variance once in a thousand runs.
     const QUIETEST: f64 = 0.25;
 
-    pub(super) fn new(series: &'a [f64], required_variance: Option<f64>) -> Self {
-        Self { series, required_variance }
+    pub(super) fn new(monitor: &'a Monitor, required_variance: Option<f64>) -> Self {
+        Self { series: monitor.center_of_mass(), required_variance, slowest: slowest(monitor) }
     }
 
     /// Height of the center of mass; its error is NaN if the series is too short for one.
@@ -33,26 +50,16 @@ impl<'a> Mixing<'a> {
 
     fn variance(&self) -> f64 {
         let count = self.series.len() as f64;
-        let mean = self.series.iter().sum::<f64>() / count;
+        let mean = mean(self.series);
         self.series.iter().map(|height| (height - mean) * (height - mean)).sum::<f64>() / count
     }
 
-    /// Number of independent configurations.
-    fn effective_sample_size(&self) -> f64 {
-        match autocorrelation(self.series) {
-            Ok(result) => result.effective_sample_size,
-            // It asks for 50 τ, and the number is N/(2τ).
-            Err(crate::Error::TooFewObservations { available, needed }) => {
-                25.0 * available as f64 / needed as f64
-            }
-            // A series that never changes.
-            Err(_) => 1.0,
-        }
-    }
-
     pub(super) fn warnings(&self, sweeps: u64) -> Vec<Warning> {
-        let mut evidence = Vec::new();
         let variance = self.variance();
+        if variance == 0.0 {
+            return vec![Warning::NothingMoved { sweeps }];
+        }
+        let mut evidence = Vec::new();
         if let Ok(drift) = drift(self.series) {
             let smallest =
                 self.required_variance.map_or(0.0, |required| Self::SMALLEST_DRIFT * required.sqrt());
@@ -60,9 +67,9 @@ impl<'a> Mixing<'a> {
                 evidence.push(MixingEvidence::Drift { drift });
             }
         }
-        let effective_sample_size = self.effective_sample_size();
-        if effective_sample_size < Self::FEWEST_INDEPENDENT {
-            evidence.push(MixingEvidence::FewIndependent { effective_sample_size });
+        let (quantity, effective_sample_size) = self.slowest;
+        if effective_sample_size < FEWEST_INDEPENDENT {
+            evidence.push(MixingEvidence::FewIndependent { quantity, effective_sample_size });
         }
         if let Some(required) = self.required_variance.filter(|required| variance < Self::QUIETEST * required)
         {
@@ -77,6 +84,11 @@ mod tests {
     use super::*;
     use crate::statistics::test_series::autoregressive;
 
+    fn of(series: &[f64], required: f64) -> Mixing<'_> {
+        let slowest = (Quantity::CenterOfMass, independent(series));
+        Mixing { series, required_variance: Some(required), slowest }
+    }
+
     /// Parts of 1000 stationary series, with a memory such that they hold `size` independent numbers, of which there is
     /// any warning, and one of a drift.
     fn warned_of(length: usize, size: f64, required: f64) -> [f64; 2] {
@@ -84,7 +96,7 @@ mod tests {
         let memory = libm::exp(-2.0 * size / length as f64);
         let mut warned = [0.0; 2];
         for seed in 0..SERIES {
-            let warnings = Mixing::new(&autoregressive(memory, length, seed), Some(required)).warnings(1);
+            let warnings = of(&autoregressive(memory, length, seed), required).warnings(1);
             let is_drift = |warning: &Warning| {
                 matches!(warning, Warning::NotMixed { evidence: MixingEvidence::Drift { .. }, .. })
             };
@@ -97,8 +109,8 @@ mod tests {
     #[test]
     fn few_independent_numbers_are_warned_of_and_many_are_not() {
         for length in [64, 128] {
-            assert!(warned_of(length, 4.0, 1.0)[0] > 0.9);
-            assert!(warned_of(length, 8.0, 1.0)[0] > 0.7);
+            assert!(warned_of(length, 3.0, 1.0)[0] > 0.9);
+            assert!(warned_of(length, 6.0, 1.0)[0] > 0.7);
             let [any, drift] = warned_of(length, 64.0, 1.0);
             assert!(any < 0.02 && drift < 0.005, "{any} {drift}");
             // Quieter than equilibrium by a factor of eight, twice what is allowed: always, though the series looks like
@@ -117,22 +129,14 @@ mod tests {
             .zip(0..)
             .map(|(noise, i)| noise + 0.02 * f64::from(i))
             .collect();
-        let warnings = Mixing::new(&ramp, Some(1.0)).warnings(7);
+        let warnings = of(&ramp, 1.0).warnings(7);
         assert!(
             matches!(warnings[0], Warning::NotMixed { sweeps: 7, evidence: MixingEvidence::Drift { drift } } if drift.mean > 2.0),
             "{warnings:?}"
         );
-        let still = Mixing::new(&[3.0; 256], Some(1.0)).warnings(7);
-        let evidence = |warning: &Warning| match warning {
-            Warning::NotMixed { evidence, .. } => Some(*evidence),
-            _ => None,
-        };
-        assert_eq!(
-            still.iter().filter_map(evidence).collect::<Vec<_>>(),
-            [
-                MixingEvidence::FewIndependent { effective_sample_size: 1.0 },
-                MixingEvidence::TooQuiet { variance: 0.0, required: 1.0 }
-            ]
-        );
+        let still = of(&[3.0; 256], 1.0).warnings(7);
+        assert_eq!(still, [Warning::NothingMoved { sweeps: 7 }]);
+        let still = of(&[12.7; 256], 1.0).warnings(7);
+        assert_eq!(still, [Warning::NothingMoved { sweeps: 7 }]);
     }
 }

@@ -16,6 +16,7 @@ use crate::moves::Engine;
 use crate::{Error, Field, Scene, TemperatureProfile, Warning};
 use expectation::Expectation;
 use mixing::Mixing;
+pub(crate) use mixing::slowest;
 
 /// All that is judged: notes of production, the scene and what drives it.
 #[derive(Clone, Copy)]
@@ -64,7 +65,7 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>, A: Adaptation<D>> Case<'_,
             }
             // A field that changes is no equilibrium, whose fluctuations are known.
             let required_variance = theory.as_ref().filter(|_| changes == 0).map(Expectation::variance);
-            let mixing = Mixing::new(monitor.series(), required_variance);
+            let mixing = Mixing::new(monitor, required_variance);
             warnings.extend(mixing.warnings(sweeps));
             if let Some(theory) = &theory {
                 warnings.extend(theory.far_from(mixing.center_of_mass()));

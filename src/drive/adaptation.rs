@@ -5,15 +5,16 @@ use crate::observer::Observer;
 use crate::scene::AnyScene;
 use crate::{Error, Warning};
 
-/// What changes a potential `P` while a run goes on, by what it sees of it: the part in which the schemes of this module differ.
+/// What changes a potential `P` while a run goes on, by what it sees of it: the part in which the
+/// schemes of this module differ.
 ///
-/// It is an [`Observer`], so it is shown what all others are: every configuration, and single moves and collisions if it
-/// asks. After each sweep that it has observed it may change the potential.
+/// It is an [`Observer`], so it is shown what all others are: every configuration, and single moves
+/// and collisions if it asks. After each sweep that it has observed it may change the potential.
 ///
 /// ```
 /// use gradient_mc::drive::{Adaptation, EffectivePotential, Scheme};
 /// use gradient_mc::{AnyScene, Error, Field, Frame, Observer, ObserverError, Scene, TemperatureProfile};
-/// /// Z = 1 − η + 4η, with the mean packing fraction below the center of mass for η, until production.
+/// /// Z = 1 + 4η, with the mean packing fraction below the center of mass, until production.
 /// #[derive(Debug, Default)]
 /// struct Crude {
 ///     packing_fraction: f64,
@@ -32,7 +33,7 @@ use crate::{Error, Warning};
 ///         if self.frozen {
 ///             return Ok(());
 ///         }
-///         let factor = 1.0 + 3.0 * self.packing_fraction;
+///         let factor = 1.0 + 4.0 * self.packing_fraction;
 ///         let heights: Vec<f64> = potential.heights().collect();
 ///         potential.set(0.0, |bin| factor * scene.temperature().temperature(heights[bin]))
 ///     }
@@ -70,8 +71,8 @@ pub trait Adaptation<P>: Observer + Send + Sync {
         Ok(())
     }
 
-    /// Whether it changes the potential with every configuration, so that no production run can tell whether it was the
-    /// right one.
+    /// Whether it changes the potential with every configuration, so that no production run can
+    /// tell whether it was the right one.
     fn follows_every_configuration(&self) -> bool {
         false
     }

@@ -10,9 +10,9 @@ use crate::{Error, Field, Scene, TemperatureProfile, Warning, temperature};
 /// iteration where it varies.
 ///
 /// Where a profile [says](TemperatureProfile::constant) that it is constant, as
-/// [`Isothermal`](crate::temperature::Isothermal) does, the choice is made by the compiler, and nothing is
-/// left of the other. Where it only turns out to be constant, at four heights to a diameter and to
-/// rounding, the choice is one branch.
+/// [`Isothermal`](crate::temperature::Isothermal) does, the choice is made by the compiler, and
+/// nothing is left of the other. Where it only turns out to be constant, at four heights to a
+/// diameter and to rounding, the choice is one branch.
 ///
 /// ```
 /// use gradient_mc::drive::{Automatic, Drive, Scheme};
@@ -62,8 +62,8 @@ impl<F: Field, T: TemperatureProfile> Scheme<F, T> for Automatic {
 }
 
 impl AutomaticDrive {
-    /// The effective potential, or the temperature if it is constant. Of a profile that says that it is, this is known
-    /// to the compiler.
+    /// The effective potential, or the temperature if it is constant. Of a profile that says that
+    /// it is, this is known to the compiler.
     #[inline]
     fn mapped<F, T: TemperatureProfile>(&self, scene: &Scene<F, T>) -> Result<&EffectivePotential, f64> {
         match (scene.temperature().constant(), &self.0) {

@@ -5,7 +5,7 @@ use super::column_average::WallContact;
 use crate::frame::{Frame, Phase};
 use crate::observer::{Observer, ObserverError};
 use crate::scene::AnyScene;
-use crate::statistics::{BlockAverages, Estimate, blocking, drift};
+use crate::statistics::{BlockAverages, Estimate, FEWEST_INDEPENDENT, drift, memory};
 use crate::{Error, Merge, TemperatureProfile, Wall};
 use std::fmt;
 
@@ -51,13 +51,14 @@ impl ForceBalance {
     /// Nor is a deviation above the tolerance of more than these.
     const SIGNIFICANT: f64 = 3.0;
     /// Fewer tell nothing about a drift.
-    const FEWEST_CONFIGURATIONS: u64 = 64;
-    /// Sweeps of production between two looks.
-    const SWEEPS_BETWEEN_LOOKS: u64 = 5;
+    pub(super) const FEWEST_CONFIGURATIONS: u64 = 64;
+    /// Configurations are recorded after every so many sweeps of production.
+    pub(super) const SWEEPS_BETWEEN_RECORDS: u64 = 5;
     /// Fewest sweeps of production that can be judged.
-    pub(crate) const FEWEST_SWEEPS: u64 = Self::FEWEST_CONFIGURATIONS * Self::SWEEPS_BETWEEN_LOOKS;
+    pub(crate) const FEWEST_SWEEPS: u64 = Self::FEWEST_CONFIGURATIONS * Self::SWEEPS_BETWEEN_RECORDS;
 
-    /// Nothing yet. `certifiable` is whether the potential does not change with every configuration.
+    /// Nothing yet. `certifiable` is whether the potential does not change with every
+    /// configuration.
     pub(crate) fn new(scene: &AnyScene<'_>, certifiable: bool) -> Self {
         let (lowest, extent) = (scene.slab().lowest_center(), scene.slab().height() - 1.0);
         let bands = extent.round().clamp(1.0, Self::MOST_BANDS);
@@ -151,16 +152,34 @@ impl ForceBalance {
         drift(&own)
     }
 
+    /// After so many configurations nothing is certified.
+    fn too_few(configurations: u64) -> Error {
+        Self::too_few_sweeps(configurations.saturating_mul(Self::SWEEPS_BETWEEN_RECORDS))
+    }
+
+    /// After so many sweeps nothing is certified.
+    fn too_few_sweeps(sweeps: u64) -> Error {
+        let number = |sweeps: u64| usize::try_from(sweeps).unwrap_or(usize::MAX);
+        Error::TooFewObservations {
+            what: "sweeps of production for a certificate",
+            available: number(sweeps),
+            needed: number(Self::FEWEST_SWEEPS),
+        }
+    }
+
     /// What the run says about the field it was made in.
     ///
     /// `tolerance` is the largest relative deviation of `P_iso` from W/T that is acceptable, at heights that carry at
     /// least 5 % of the largest weight.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a tolerance that is not positive and finite; [`Error::TooFewObservations`]
-    /// below 64 configurations, one in five sweeps.
+    /// [`Error::InvalidParameter`] unless the tolerance lies between 0 and 1; [`Error::TooFewObservations`] below 320
+    /// sweeps of production, of which one in five is recorded.
     pub fn certificate(&self, tolerance: f64) -> Result<Certificate, Error> {
-        let tolerance = Error::require_positive("tolerance of the balance of forces", tolerance)?;
+        let tolerance = Error::require_tolerance("tolerance of the balance of forces", tolerance)?;
+        if self.observations() < Self::FEWEST_CONFIGURATIONS {
+            return Err(Self::too_few(self.observations()));
+        }
         let points = self.ratios()?;
         let judged = points.iter().filter(|point| point.load >= Self::LEAST_LOAD);
         let worst = judged.clone().fold(None, |worst: Option<&ForceBalancePoint>, point| match worst {
@@ -169,15 +188,13 @@ impl ForceBalance {
             Some(worst) if worst.deviation().mean.is_nan() => Some(worst),
             _ => Some(point),
         });
-        let needed = 64;
-        let available = usize::try_from(self.observations()).unwrap_or(usize::MAX);
-        let worst = worst.ok_or(Error::TooFewObservations { available, needed })?;
+        let worst = worst.ok_or_else(|| Self::too_few(0))?;
         let largest_error = judged.fold(0.0, |largest, point| {
             let error = point.ratio.standard_error;
             if error.is_nan() || error > largest { error } else { largest }
         });
         let drift = if self.replica_drifts.is_empty() {
-            self.own_drift().map_err(|_| Error::TooFewObservations { available, needed })?
+            self.own_drift()?
         } else {
             // Of all replicas, this one among them.
             let mut drifts = self.replica_drifts.clone();
@@ -188,9 +205,7 @@ impl ForceBalance {
         };
         let center = 2 * self.bands() + 2;
         let (means, errors) = (self.averages.mean(), self.averages.standard_errors()?);
-        let variance = means[center + 1] - means[center] * means[center];
-        let effective_sample_size =
-            (variance / (errors[center] * errors[center])).clamp(1.0, self.observations() as f64);
+        let effective_sample_size = self.averages.independent([center]);
         let residual = worst.deviation();
         let heaviest = points.iter().map(|point| point.pressure.abs()).fold(0.0, f64::max) * self.base_area;
         let (contact, assumed) = (center - 2, center - 1);
@@ -232,7 +247,7 @@ impl Observer for ForceBalance {
     /// Sees every fifth configuration of production, in the potential that it was made in.
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         if frame.phase() != Phase::Production
-            || !(frame.sweep_of_phase() - 1).is_multiple_of(Self::SWEEPS_BETWEEN_LOOKS)
+            || !(frame.sweep_of_phase() - 1).is_multiple_of(Self::SWEEPS_BETWEEN_RECORDS)
         {
             return Ok(());
         }
@@ -301,7 +316,8 @@ impl ForceBalancePoint {
 pub struct Certificate {
     /// The verdict.
     pub convergence: Convergence,
-    /// Height at which the residual is largest, in diameters; NaN where there is none, in an isothermal scene.
+    /// Height at which the residual is largest, in diameters; NaN where there is none, in an
+    /// isothermal scene.
     pub height: f64,
     /// What was tolerated.
     pub tolerance: f64,
@@ -312,7 +328,9 @@ pub struct Certificate {
     pub open_end: Estimate,
     /// Height of the center of mass, second half of the run minus first, in diameters.
     pub drift: Estimate,
-    /// Number of independent configurations that would know the center of mass as well.
+    /// Number of independent configurations that would know the slowest quantity as well: of a run,
+    /// as [`MixingEvidence::FewIndependent`](crate::MixingEvidence::FewIndependent) has it; of a merged
+    /// record, the center of mass.
     pub effective_sample_size: f64,
     /// How much of the field was measured, the rest being theory; nothing in an isothermal scene, or where the scheme does
     /// not say. The verdict owes nothing to the theory, whatever the field does. Of replicas the least.
@@ -323,7 +341,8 @@ pub struct Certificate {
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Convergence {
-    /// The temperature is the same everywhere, so no field had to be found, and the column is at rest.
+    /// The temperature is the same everywhere, so no field had to be found, and the column is at
+    /// rest.
     Isothermal,
     /// Field and density belong to each other within the tolerance, known to half of it (the pressure at the open end: to all of
     /// it), and the column is at rest.
@@ -352,6 +371,8 @@ pub enum Suggestion {
     AdaptLonger,
     /// The error bars are too large to tell.
     MeasureLonger,
+    /// The run has not mixed: its error bars may be too small.
+    MixLonger,
     /// The field changes with every configuration: nothing can be certified.
     FreezeTheField,
 }
@@ -364,6 +385,7 @@ impl fmt::Display for Suggestion {
                 "the field is not that of the density it makes: equilibrate longer before it is frozen"
             }
             Self::MeasureLonger => "the errors are too large to tell: measure longer",
+            Self::MixLonger => "not mixed, known as from too few independent configurations: run longer",
             Self::FreezeTheField => {
                 "the field follows every configuration, which breaks detailed balance: take a scheme that freezes it"
             }
@@ -372,18 +394,19 @@ impl fmt::Display for Suggestion {
 }
 
 impl Certificate {
-    /// That of a run at one temperature, from the heights of its center of mass: only whether it is at rest is in question.
+    /// That of a run at one temperature, from the heights of its center of mass: only whether it is
+    /// at rest is in question.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a tolerance that is not positive and finite; [`Error::TooFewObservations`].
-    pub(crate) fn isothermal(centers: &[f64], tolerance: f64) -> Result<Self, Error> {
-        let tolerance = Error::require_positive("tolerance of the balance of forces", tolerance)?;
-        let (drift, mean) = (drift(centers)?, blocking(centers)?);
+    /// [`Error::InvalidParameter`] for a tolerance that is not positive and finite;
+    /// [`Error::TooFewObservations`].
+    pub(crate) fn isothermal(centers: &[f64], sweeps: u64, tolerance: f64) -> Result<Self, Error> {
+        let tolerance = Error::require_tolerance("tolerance of the balance of forces", tolerance)?;
+        if sweeps < ForceBalance::FEWEST_SWEEPS {
+            return Err(ForceBalance::too_few_sweeps(sweeps));
+        }
+        let drift = drift(centers)?;
         let exact = Estimate::new(0.0, 0.0);
-        let count = centers.len() as f64;
-        let squares = centers.iter().map(|center| (center - mean.mean) * (center - mean.mean));
-        let variance = squares.sum::<f64>() / count;
-        let independent = variance / (mean.standard_error * mean.standard_error);
         let convergence = if drift.deviation_from(0.0).abs() > ForceBalance::LARGEST_DRIFT {
             let suggestion = Suggestion::EquilibrateLonger;
             Convergence::NotConverged { residual: exact, suggestion }
@@ -397,9 +420,20 @@ impl Certificate {
             largest_error: 0.0,
             open_end: exact,
             drift,
-            effective_sample_size: independent.clamp(1.0, count),
+            effective_sample_size: memory(&[centers]).independent(centers.len() as f64),
             measured: None,
         })
+    }
+
+    /// Of a run whose slowest quantity has seen so many independent configurations: not converged if
+    /// they are too few.
+    pub(crate) fn mixed(mut self, independent: f64) -> Self {
+        self.effective_sample_size = self.effective_sample_size.min(independent);
+        if self.is_converged() && self.effective_sample_size < FEWEST_INDEPENDENT {
+            let (residual, suggestion) = (self.residual(), Suggestion::MixLonger);
+            self.convergence = Convergence::NotConverged { residual, suggestion };
+        }
+        self
     }
 
     /// Whether the run is converged.
@@ -418,6 +452,16 @@ impl Certificate {
     }
 }
 
+/// An estimate in per cent, without the sign and the digits of rounding.
+fn percent(estimate: Estimate) -> String {
+    const ROUNDING: f64 = 1e-10;
+    let Estimate { mean, standard_error } = estimate;
+    if mean.abs() < ROUNDING && standard_error < ROUNDING {
+        return "0".to_owned();
+    }
+    Estimate::new(100.0 * mean, 100.0 * standard_error).to_string()
+}
+
 /// One line: the verdict with its numbers.
 impl fmt::Display for Certificate {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -429,14 +473,13 @@ impl fmt::Display for Certificate {
                 write!(formatter, "NOT CONVERGED ({suggestion})")?;
             }
         }
-        let residual = self.residual();
         if height.is_nan() {
             return write!(
                 formatter,
                 ": drift of h_c {drift}, effective sample size {effective_sample_size:.0}"
             );
         }
-        let percent = Estimate::new(100.0 * residual.mean, 100.0 * residual.standard_error);
+        let percent = percent(self.residual());
         write!(
             formatter,
             ": P_iso T/W is off by {percent} % at height {height:.1} (tolerance {:.2} %), drift of h_c {drift}, \

@@ -56,8 +56,15 @@ fn deviation<F, T: TemperatureProfile>(
     if part < 1.0 { 1.0 / (1.0 - part) - 1.0 } else { f64::INFINITY }
 }
 
-/// The mean of λ/k over Poisson counts k of mean λ, where an empty bin counts as an ideal gas, 1/Z.
-fn over_weight(mean: f64, compressibility_factor: f64) -> f64 {
+/// The mean of λ/k over Poisson counts k of mean λ, where an empty bin counts as an ideal gas, 1/Z: by how much a field that is made of
+/// counts over-weights its gradient term (`docs/seven_per_cent.md`).
+///
+/// ```
+/// // Many spheres: 1 + 1/λ.
+/// assert!((gradient_mc::drive::over_weight(1e4, 2.0) - 1.0001).abs() < 1e-7);
+/// ```
+#[must_use]
+pub fn over_weight(mean: f64, compressibility_factor: f64) -> f64 {
     if mean > 200.0 {
         // The series 1 + 1/λ + 2/λ² + 6/λ³; the rest is below 1e-8.
         return 1.0 + (1.0 + (2.0 + 6.0 / mean) / mean) / mean;

@@ -12,8 +12,8 @@ use crate::{Error, Field, Scene, TemperatureProfile, Wall};
 /// be: one that reached below could not tell over what range its spheres bear the weight. At constant temperature C is
 /// zero to the last bit. Between edges u' is off by at most half the bin width times u''.
 ///
-/// As a [`Drive`] it is frozen: detailed balance is exact. An [`Adaptation`](super::Adaptation) may set it from P/n in
-/// every bin.
+/// As a [`Drive`] it is frozen: detailed balance is exact. An [`Adaptation`](super::Adaptation) may
+/// set it from P/n in every bin.
 ///
 /// ```
 /// use gradient_mc::drive::{Drive, EffectivePotential};

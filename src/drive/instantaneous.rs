@@ -19,8 +19,9 @@ use crate::{Error, Field, Scene, TemperatureProfile, Warning};
 /// value P/n = T. Certificates of such a run always say
 /// [`FreezeTheField`](super::Suggestion::FreezeTheField).
 ///
-/// Since balance does not hold, the steady state depends on the moves. A simulation that names none has the paper's: local
-/// moves with S = 0.75. Event chains are refused unless [`any_moves`](Self::any_moves) allows them.
+/// Since balance does not hold, the steady state depends on the moves. A simulation that names none
+/// has the paper's: local moves with S = 0.75. Event chains are refused unless
+/// [`any_moves`](Self::any_moves) allows them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Instantaneous {
     bin_width: f64,

@@ -26,9 +26,9 @@
 //!
 //! summed from the base, P(x) = P(base) − ∫ a n dx', where the field pulls up ([`Scene::open_end`]).
 //!
-//! A drive is a potential, and what adapts it is an observer that may change it: nothing else decides acceptance. To add a
-//! scheme, implement [`Scheme`] in a file of its own, with an [`EffectivePotential`] or a [`Drive`] of its own, and with an
-//! [`Adaptation`] if it changes.
+//! A drive is a potential, and what adapts it is an observer that may change it: nothing else
+//! decides acceptance. To add a scheme, implement [`Scheme`] in a file of its own, with an
+//! [`EffectivePotential`] or a [`Drive`] of its own, and with an [`Adaptation`] if it changes.
 
 mod adaptation;
 mod automatic;
@@ -45,6 +45,7 @@ mod self_consistent;
 pub use adaptation::Adaptation;
 pub use automatic::Automatic;
 pub use certificate::{Certificate, Convergence, ForceBalance, ForceBalancePoint, Suggestion};
+pub use counting_noise::over_weight;
 pub use effective_potential::EffectivePotential;
 pub use equation_of_state_closure::EquationOfStateClosure;
 pub use instantaneous::Instantaneous;
@@ -100,8 +101,9 @@ pub trait Scheme<F, T> {
     /// Any [`Error`], as documented by the scheme.
     fn drive(self, scene: &Scene<F, T>) -> Result<(Self::Drive, Self::Adaptation), Error>;
 
-    /// Whether the steady state depends on the moves, because balance does not hold; by default not. If it does, a simulation
-    /// that names no moves has the paper's local ones, and event chains are refused.
+    /// Whether the steady state depends on the moves, because balance does not hold; by default
+    /// not. If it does, a simulation that names no moves has the paper's local ones, and event
+    /// chains are refused.
     fn depends_on_moves(&self) -> bool {
         false
     }

@@ -121,7 +121,8 @@ impl Domain {
 /// assert!((packing_fraction.unwrap() - 0.1).abs() < 1e-14);
 /// ```
 ///
-/// It is `Send` and `Sync`, as a [`Field`](crate::Field) is; its `&`, `Box` and `Arc` are equations of state too.
+/// It is `Send` and `Sync`, as a [`Field`](crate::Field) is; its `&`, `Box` and `Arc` are equations
+/// of state too.
 pub trait EquationOfState: Send + Sync {
     /// Compressibility factor Z(η), for `packing_fraction` ≥ 0.
     fn compressibility_factor(&self, packing_fraction: f64) -> f64;

@@ -7,8 +7,10 @@
 //! rounding allows.
 
 use super::legendre::{Legendre, ORDER, Series, evaluate};
-use crate::equation_of_state::EquationOfState;
+use crate::equation_of_state::{DomainSide, EquationOfState, number_density};
+use crate::field::{END_MARGIN, acceleration_below};
 use crate::{Error, Field, TemperatureProfile};
+use std::cell::Cell;
 
 /// Largest coefficient allowed among the last of the series of ln n.
 const TAIL_TOLERANCE: f64 = 1e-11;
@@ -26,6 +28,13 @@ const DROP_THAT_COUNTS_AS_HELD: f64 = 60.0;
 const MOST_STAGNANT: f64 = 1024.0;
 /// More panels than this are a scene beyond the solver.
 const MOST_PANELS: usize = 20_000;
+/// Trials that all marches of one solution may take together: some ten times as many as that of a temperature that
+/// doubles within half a diameter all the way up. It bounds the time.
+const MOST_TRIALS: u32 = 60_000;
+/// A tail above this is of no solution at all.
+const SENSELESS: f64 = 1e3;
+/// So many more trials does one count for that ends so: its states are the slowest to find.
+const COST_OF_SENSELESS: u32 = 25;
 /// Outside this range of ln(P/T) the gas is ideal to rounding, or the number is out of range.
 const LOGARITHMIC_RANGE: f64 = 650.0;
 
@@ -60,6 +69,8 @@ pub(super) struct Column<'a, F, T, E> {
     /// Height of the lid; `None` is open.
     pub(super) lid: Option<f64>,
     pub(super) rule: Legendre,
+    /// Trials so far.
+    pub(super) trials: Cell<u32>,
 }
 
 /// A panel with what the march needs to judge it and to go on.
@@ -77,9 +88,14 @@ struct State {
 }
 
 impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
+    /// The acceleration.
+    fn pull(&self, height: f64) -> f64 {
+        acceleration_below(self.field, height, self.lid.unwrap_or(f64::INFINITY))
+    }
+
     /// The acceleration, checked.
     fn acceleration(&self, height: f64) -> Result<f64, Error> {
-        let acceleration = self.field.acceleration(height);
+        let acceleration = self.pull(height);
         if acceleration.is_finite() {
             return Ok(acceleration);
         }
@@ -97,11 +113,18 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
 
     /// The state at a given ln P/T.
     fn state(&self, height: f64, ln_reduced_pressure: f64, guess: Option<f64>) -> Result<State, Error> {
-        if ln_reduced_pressure < -LOGARITHMIC_RANGE {
-            return Ok(State { factor: 1.0, packing_fraction: None });
-        }
         let reduced_pressure = libm::exp(ln_reduced_pressure);
-        let exhausted = || Error::EquationOfStateExhausted { height, reduced_pressure };
+        let exhausted = || {
+            let lowest = self.equation_of_state.domain().lowest;
+            let end = number_density(lowest) * self.equation_of_state.compressibility_factor(lowest);
+            let side = if reduced_pressure < end { DomainSide::Below } else { DomainSide::Above };
+            Error::EquationOfStateExhausted { height, reduced_pressure, side }
+        };
+        if ln_reduced_pressure < -LOGARITHMIC_RANGE {
+            // Ideal to rounding, unless the equation ends before.
+            let ends = self.equation_of_state.domain().lowest > 0.0;
+            return if ends { Err(exhausted()) } else { Ok(State { factor: 1.0, packing_fraction: None }) };
+        }
         if ln_reduced_pressure > LOGARITHMIC_RANGE || ln_reduced_pressure.is_nan() {
             return Err(exhausted());
         }
@@ -147,7 +170,9 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
                 return Err(Error::UnboundedColumn { height, pressure: libm::exp(ln_pressure) });
             }
             attempts += 1;
-            if attempts > 2 * MOST_PANELS || panels.len() > MOST_PANELS {
+            self.trials.set(self.trials.get() + 1);
+            let beyond = attempts > 2 * MOST_PANELS || panels.len() > MOST_PANELS;
+            if beyond || self.trials.get() > MOST_TRIALS {
                 let residual = if rejected_tail.is_finite() { rejected_tail } else { 0.0 };
                 return Err(Error::HydrostaticsNotConverged { height, residual });
             }
@@ -171,6 +196,9 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
                 }
                 Err(error) => return Err(error),
             };
+            if trial.tail > SENSELESS || trial.tail.is_nan() {
+                self.trials.set(self.trials.get() + COST_OF_SENSELESS);
+            }
             let drop = (trial.ln_pressure_at_end - ln_pressure).abs();
             // Less is asked of the thin top, where the rounding of a steep scene grows.
             let noise = NOISE_TOLERANCE * libm::exp((0.1 * (highest - ln_pressure)).clamp(0.0, 14.0));
@@ -209,7 +237,7 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
     fn trial(&self, start: f64, end: f64, ln_pressure: f64, guess: Option<f64>) -> Result<Trial, Error> {
         const MOST_ITERATIONS: usize = 40;
         let half = 0.5 * (end - start);
-        let heights = self.rule.nodes.map(|t| start + half * (t + 1.0));
+        let heights = self.rule.nodes.map(|t| (start + half * (t + 1.0)).min(end));
         let mut pull = [0.0; ORDER];
         let mut ln_temperature = [0.0; ORDER];
         for ((&height, pull), logarithm) in heights.iter().zip(&mut pull).zip(&mut ln_temperature) {
@@ -333,7 +361,8 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
         let decline = |x: f64| {
             let (panel, t) = locate(x);
             let factor = libm::exp(evaluate(&panel.ln_pressure, t) - evaluate(&panel.ln_density, t));
-            self.field.acceleration(x) / factor + self.temperature.logarithmic_gradient(x)
+            let below = self.lid.map_or(x, |lid| x.min(lid - END_MARGIN).max(self.base));
+            self.pull(x) / factor + self.temperature.logarithmic_gradient(below)
         };
         if !(low < high && decline(low) < 0.0 && decline(high) > 0.0) {
             return None;

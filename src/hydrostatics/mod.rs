@@ -15,10 +15,11 @@ mod profile;
 
 pub use profile::{DomainExit, HydrostaticProfile};
 
-use crate::equation_of_state::EquationOfState;
+use crate::equation_of_state::{DomainSide, EquationOfState};
 use crate::{Error, Field, Scene, Slab, TemperatureProfile};
 use legendre::Legendre;
 use march::{Column, Panel};
+use std::cell::Cell;
 
 /// A scene whose theory profile is to be computed.
 ///
@@ -86,7 +87,7 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
     /// too far from x = 0, or a lid that is not above the base; [`Error::InvalidField`] and [`Error::InvalidTemperature`] where the scene
     /// is not usable; [`Error::EquationOfStateExhausted`] if no state carries the weight;
     /// [`Error::UnboundedColumn`] if the column is open and the field does not hold it;
-    /// [`Error::HydrostaticsNotConverged`] for a scene beyond the solver.
+    /// [`Error::HydrostaticsNotConverged`] for a scene beyond the solver, which gives up after 60 000 panels, a second or two.
     pub fn column_density(&self, spheres: f64) -> Result<HydrostaticProfile, Error> {
         let spheres = Error::require_positive("column density", spheres)?;
         let column = self.column()?;
@@ -169,6 +170,7 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
             base,
             lid: self.lid,
             rule: Legendre::new(),
+            trials: Cell::new(0),
         })
     }
 }
@@ -222,10 +224,17 @@ fn solve_for_mass<F: Field, T: TemperatureProfile, E: EquationOfState>(
     let mut previous: Option<(f64, f64)> = None;
     let mut best: Option<(f64, f64, Vec<Panel>)> = None;
     let mut exhausted = None;
+    let mut too_light = false;
     let mut longest_step = 2.0;
     for _ in 0..120 {
         let solution = match column.march(guess) {
-            Err(error @ Error::EquationOfStateExhausted { .. }) => {
+            Err(Error::EquationOfStateExhausted { height, reduced_pressure, side }) => {
+                let error = Error::EquationOfStateExhausted { height, reduced_pressure, side };
+                too_light = side == DomainSide::Below;
+                if too_light && column.lid.is_none() {
+                    // An open column is as dilute as one likes at its top.
+                    return Err(error);
+                }
                 exhausted = Some(error);
                 None
             }
@@ -251,6 +260,8 @@ fn solve_for_mass<F: Field, T: TemperatureProfile, E: EquationOfState>(
                 break;
             }
             residual
+        } else if too_light {
+            f64::NEG_INFINITY
         } else {
             f64::INFINITY
         };

@@ -82,6 +82,11 @@ impl HydrostaticProfile {
             .last()
             .filter(|panel| column.lid.is_some_and(|lid| panel.end >= lid))
             .map_or(0.0, |panel| libm::exp(evaluate(&panel.ln_pressure, 1.0)));
+        let center_of_mass = column.base + moment / rest;
+        if !center_of_mass.is_finite() {
+            // Panels as narrow as rounding allows hold nothing, or more than a number can tell.
+            return Err(Error::HydrostaticsNotConverged { height: column.base, residual: f64::INFINITY });
+        }
         let density_maximum = column.densest(&panels);
         let mut profile = Self {
             below,
@@ -89,7 +94,7 @@ impl HydrostaticProfile {
             base: column.base,
             top,
             column_density: rest,
-            center_of_mass: column.base + moment / rest,
+            center_of_mass,
             ln_base_pressure,
             base_packing_fraction: column.packing_fraction_at_base(ln_base_pressure)?,
             lid_pressure,

@@ -1,10 +1,9 @@
-//! The candidates of the ladder for one scene, and the one that is enough.
+//! The candidates for one scene, and the one that is enough.
 
-use super::ideal_column::IdealColumn;
+use super::accuracy::{Accuracy, Percent, densities};
 use super::outlook::Outlook;
 use super::plan::{MonteCarloPlan, MoveFamily};
-use super::reason::{Percent, Reason, Wall};
-use super::total_variation;
+use crate::hydrostatics::DomainExit;
 use crate::{Error, Field, HydrostaticProfile, Scene, Slab, TemperatureProfile};
 use std::fmt;
 
@@ -12,8 +11,8 @@ use std::fmt;
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub enum Model {
-    /// Points, without a solver.
-    IdealGas(IdealColumn),
+    /// Points: [`IdealGas`](crate::equation_of_state::IdealGas), with centers half a diameter off the walls.
+    IdealGas(HydrostaticProfile),
     /// Hydrostatic balance between walls: the fluid of [`ModifiedKolafa`](crate::equation_of_state::ModifiedKolafa), or
     /// [`FluidSolid`](crate::equation_of_state::FluidSolid) where that freezes.
     Hydrostatics(HydrostaticProfile),
@@ -22,7 +21,7 @@ pub enum Model {
 }
 
 impl Model {
-    /// Number densities in bins one diameter high ([`densities`](super::densities)): at once for a formula, after the run for a plan.
+    /// Number densities in bins one diameter high ([`densities`]): at once for a formula, after the run for a plan.
     ///
     /// # Errors
     /// As [`MonteCarloPlan::densities`]; none for a formula.
@@ -32,11 +31,8 @@ impl Model {
         seed: u64,
     ) -> Result<Vec<f64>, Error> {
         match self {
-            Self::IdealGas(column) => {
-                Ok(total_variation::densities(scene.slab(), |height| column.column_below(height)))
-            }
-            Self::Hydrostatics(profile) => {
-                Ok(total_variation::densities(scene.slab(), |height| profile.column_below(height)))
+            Self::IdealGas(profile) | Self::Hydrostatics(profile) => {
+                Ok(densities(scene.slab(), |height| profile.column_below(height)))
             }
             Self::MonteCarlo(plan) => plan.densities(scene, seed),
         }
@@ -53,20 +49,49 @@ impl fmt::Display for Model {
     }
 }
 
+/// What makes the error of a model.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Cause {
+    /// Points take up no room.
+    ExcludedVolume,
+    /// A local theory has no layers at a wall.
+    Layers,
+    /// Equation of state, and density taken to be locally uniform.
+    LocalTheory,
+    /// A finite number of configurations, from a start that was not yet the steady state.
+    Noise,
+    /// A base with few spheres.
+    FiniteBase,
+}
+
+impl fmt::Display for Cause {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str(match self {
+            Self::ExcludedVolume => "excluded volume",
+            Self::Layers => "layers at the walls",
+            Self::LocalTheory => "equation of state and local density",
+            Self::Noise => "counting noise",
+            Self::FiniteBase => "finite base",
+        })
+    }
+}
+
 /// A model with what is expected of it.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Assessment {
     /// The model.
     pub model: Model,
-    /// Total variation distance that is expected; of a plan, root mean square over seeds.
+    /// Error that is expected, of what [`Accuracy`] asks for; of a plan, root mean square over seeds.
     pub expected_error: f64,
-    /// CPU seconds that are expected, on one core of a machine of the 2020s: good to a factor of two or three.
-    pub expected_seconds: f64,
+    /// Local trials and events of event chains that are expected; 0 for a formula, which takes milliseconds. A core makes some 5 to 20
+    /// million of either per second: `cargo bench --bench throughput -- packing` says what yours does.
+    pub expected_moves: f64,
     /// Whether the error stays below the tolerance, with an allowance for what the estimate does not know.
     pub is_adequate: bool,
-    /// What the error consists of.
-    pub reasons: Vec<Reason>,
+    /// What the error consists of, in quadrature.
+    pub causes: Vec<(Cause, f64)>,
 }
 
 /// The answer of [`Scene::model_for`]: the cheapest adequate model, and why not a cheaper one.
@@ -74,9 +99,11 @@ pub struct Assessment {
 /// `Display` gives it in words.
 #[derive(Debug, Clone)]
 pub struct ModelChoice {
-    tolerance: f64,
+    accuracy: Accuracy,
     candidates: Vec<Assessment>,
     chosen: usize,
+    freezing: Option<DomainExit>,
+    lid: f64,
 }
 
 impl ModelChoice {
@@ -90,54 +117,42 @@ impl ModelChoice {
     const FEWEST_SWEEPS: [f64; 2] = [64.0, 1e5];
     /// More sweeps than this are only written down.
     const MOST_SWEEPS: f64 = 1e12;
+    /// Part of the tolerance that the lid may carry of the pressure.
+    const LID_SHARE: f64 = 0.1;
 
     pub(super) fn new<F: Field, T: TemperatureProfile>(
         scene: &Scene<F, T>,
-        tolerance: f64,
+        accuracy: Accuracy,
     ) -> Result<Self, Error> {
-        let tolerance = Error::require_positive("tolerance", tolerance)?;
-        let outlook = Outlook::new(scene)?;
-        let frozen = outlook.freezing.is_some();
-        let adequate = |error: f64| !frozen && error * Outlook::allowance() <= tolerance;
-        let [base, lid] = outlook.layers();
-        let freezing = outlook.freezing.map(|exit| Reason::Freezing {
-            lowest_height: exit.lowest_height,
-            highest_height: exit.highest_height,
-            packing_fraction: exit.packing_fraction,
-        });
-        let ideal = Assessment {
-            model: Model::IdealGas(outlook.ideal.clone()),
-            expected_error: outlook.ideal_error(),
-            expected_seconds: outlook.ideal_cost(),
-            is_adequate: adequate(outlook.ideal_error()),
-            reasons: vec![Reason::ExcludedVolume { fraction: outlook.excluded_volume }],
-        };
-        let layers = |wall, packing_fraction, fraction| Reason::Layers { wall, packing_fraction, fraction };
-        let mut reasons = vec![layers(Wall::Base, outlook.walls[0], base)];
-        if lid > 0.01 * base {
-            reasons.push(layers(Wall::Lid, outlook.walls[1], lid));
-        }
-        reasons.push(Reason::Bulk {
-            logarithmic_gradient: outlook.steepest.0,
-            height: outlook.steepest.1,
-            fraction: outlook.bulk(),
-        });
-        reasons.extend(freezing);
-        let theory = Assessment {
-            model: Model::Hydrostatics(outlook.theory.clone()),
-            expected_error: outlook.theory_error(),
-            expected_seconds: outlook.theory_cost(),
-            is_adequate: adequate(outlook.theory_error()),
-            reasons,
+        let outlook = Outlook::new(scene, &accuracy)?;
+        let tolerance = accuracy.tolerance();
+        let knowable = outlook.freezing.is_none() && outlook.lid <= Self::LID_SHARE * tolerance;
+        let formula = |model, expected_error: f64, causes| Assessment {
+            model,
+            expected_error,
+            expected_moves: 0.0,
+            is_adequate: knowable && expected_error * outlook.allowance() <= tolerance,
+            causes,
         };
         let mut plan = best_plan(scene, &outlook, tolerance)?;
-        plan.is_adequate &= !frozen;
-        plan.reasons.extend(freezing);
-        let candidates = vec![ideal, theory, plan];
+        plan.is_adequate &= knowable;
+        let candidates = vec![
+            formula(
+                Model::IdealGas(outlook.ideal.clone()),
+                outlook.ideal_error(),
+                vec![(Cause::ExcludedVolume, outlook.excluded_volume)],
+            ),
+            formula(
+                Model::Hydrostatics(outlook.theory.clone()),
+                outlook.theory_error(),
+                vec![(Cause::Layers, outlook.layers), (Cause::LocalTheory, outlook.bulk)],
+            ),
+            plan,
+        ];
         // Where nothing is known to be adequate, the one that leaves out least.
         let chosen =
             candidates.iter().position(|candidate| candidate.is_adequate).unwrap_or(candidates.len() - 1);
-        Ok(Self { tolerance, candidates, chosen })
+        Ok(Self { accuracy, candidates, chosen, freezing: outlook.freezing, lid: outlook.lid })
     }
 
     /// The cheapest adequate model, or the best there is.
@@ -158,16 +173,23 @@ impl ModelChoice {
         &self.candidates
     }
 
-    /// The tolerance that was asked for.
+    /// What was asked for.
     #[must_use]
-    pub fn tolerance(&self) -> f64 {
-        self.tolerance
+    pub fn accuracy(&self) -> &Accuracy {
+        &self.accuracy
     }
 
-    /// Whether the model is expected to keep the tolerance. It is not where the column freezes.
+    /// Whether the model is expected to be as accurate as was asked for. It is not where the column freezes, nor for P and Z where
+    /// the lid carries part of the pressure, which then is no weight.
     #[must_use]
     pub fn is_adequate(&self) -> bool {
         self.best().is_adequate
+    }
+
+    /// Where the column freezes: no model here is known to be adequate without care.
+    #[must_use]
+    pub fn freezing(&self) -> Option<DomainExit> {
+        self.freezing
     }
 }
 
@@ -194,36 +216,25 @@ fn best_plan<F: Field, T: TemperatureProfile>(
     let base = outlook.finite_base(particles);
     let noise_target = (tolerance * tolerance - base * base).sqrt();
     let fewest = ModelChoice::FEWEST_SWEEPS[usize::from(outlook.freezing.is_some())];
-    let mut best: Option<Assessment> = None;
-    for family in MoveFamily::ALL {
+    let [tuned, chains] = MoveFamily::ALL.map(|family| -> Result<Assessment, Error> {
         let sweeps = outlook
-            .sweeps_for(particles, family, noise_target / Outlook::plan_allowance(family))
+            .sweeps_for(particles, family, noise_target / outlook.plan_allowance(family))
             .clamp(fewest, ModelChoice::MOST_SWEEPS)
             .ceil();
         let noise = outlook.noise(particles, family, sweeps);
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let plan = MonteCarloPlan::new(scene, particles, family, sweeps as u64)?;
         let expected_error = noise.hypot(base);
-        let assessment = Assessment {
+        Ok(Assessment {
             model: Model::MonteCarlo(plan),
             expected_error,
-            expected_seconds: outlook.plan_cost(particles, family, sweeps),
+            expected_moves: outlook.moves(particles, family, sweeps),
             is_adequate: expected_error <= tolerance,
-            reasons: vec![
-                Reason::Noise { fraction: noise },
-                Reason::FiniteBase { particles, fraction: base },
-            ],
-        };
-        if best.as_ref().is_none_or(|best| assessment.expected_seconds < best.expected_seconds) {
-            best = Some(assessment);
-        }
-    }
-    // There are two families.
-    best.ok_or(Error::InvalidParameter {
-        name: "tolerance",
-        value: tolerance,
-        requirement: "no plan was found",
-    })
+            causes: vec![(Cause::Noise, noise), (Cause::FiniteBase, base)],
+        })
+    });
+    let (tuned, chains) = (tuned?, chains?);
+    Ok(if tuned.expected_moves <= chains.expected_moves { tuned } else { chains })
 }
 
 impl fmt::Display for ModelChoice {
@@ -231,12 +242,21 @@ impl fmt::Display for ModelChoice {
         let best = self.best();
         let verdict =
             if best.is_adequate { "take" } else { "nothing is known to be adequate; the best guess:" };
-        writeln!(
-            formatter,
-            "to place all but {} of the spheres, {verdict} {}",
-            Percent(self.tolerance),
-            best.model
-        )?;
+        writeln!(formatter, "for {}, {verdict} {}", self.accuracy, best.model)?;
+        if let Some(DomainExit { lowest_height, highest_height, packing_fraction, .. }) = self.freezing {
+            writeln!(
+                formatter,
+                "  the column freezes between x = {lowest_height:.1} and {highest_height:.1} (packing fraction up to \
+                 {packing_fraction:.3}): a crystal needs a wide base whose widths suit it, and starts on both sides"
+            )?;
+        }
+        if self.lid > Self::LID_SHARE * self.accuracy.tolerance() {
+            writeln!(
+                formatter,
+                "  the lid carries {} of the pressure, which is no weight",
+                Percent(self.lid)
+            )?;
+        }
         for candidate in &self.candidates {
             let name = match candidate.model {
                 Model::IdealGas(_) => "ideal gas",
@@ -244,29 +264,15 @@ impl fmt::Display for ModelChoice {
                 Model::MonteCarlo(_) => "Monte Carlo",
             };
             let word = if candidate.is_adequate { "enough" } else { "not enough" };
-            writeln!(
-                formatter,
-                "  {name}: {} expected, {word}, some {} CPU s",
-                Percent(candidate.expected_error),
-                Seconds(candidate.expected_seconds)
-            )?;
-            for reason in &candidate.reasons {
-                writeln!(formatter, "    {reason}")?;
+            write!(formatter, "  {name}: {} expected, {word}", Percent(candidate.expected_error))?;
+            for (index, (cause, error)) in candidate.causes.iter().enumerate() {
+                write!(formatter, "{} {cause} {}", if index == 0 { ";" } else { "," }, Percent(*error))?;
             }
+            if candidate.expected_moves > 0.0 {
+                write!(formatter, "; some {:.0e} moves", candidate.expected_moves)?;
+            }
+            writeln!(formatter)?;
         }
         Ok(())
-    }
-}
-
-/// Seconds with one figure.
-struct Seconds(f64);
-
-impl fmt::Display for Seconds {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        if self.0 < 0.01 || self.0 >= 1e4 {
-            write!(formatter, "{:.0e}", self.0)
-        } else {
-            write!(formatter, "{:.2}", self.0)
-        }
     }
 }

@@ -1,58 +1,62 @@
-//! What a model will be off by, and what it will cost, before it is run.
+//! What a model will be off by before it is run.
 //!
 //! All constants are fitted to runs of columns ([`constants`](super::constants)); how is said in `docs/models.md`.
 
+use super::accuracy::{Accuracy, Quantity, densities};
 use super::constants::{
-    ALLOWANCE, BULK, FINITE_BASE, HEAD_START, IDEAL_COST, INEFFICIENCY, LAYERS, LAYERS_SCATTER,
-    PLAN_ALLOWANCE, SEED_SCATTER, START_COST, SWEEP_COST, THEORY_COST,
+    ALLOWANCE, BULK, FINITE_BASE, LAYERS, LAYERS_SCATTER, LAYERS_SHAPE, MOVES, NOISE, Noise,
 };
-use super::ideal_column::IdealColumn;
 use super::plan::{MonteCarloPlan, MoveFamily};
-use super::total_variation::{densities, total_variation_distance};
-use crate::equation_of_state::{FREEZING, FluidSolid, ModifiedKolafa};
+use crate::equation_of_state::{FREEZING, FluidSolid, IdealGas, ModifiedKolafa};
 use crate::hydrostatics::DomainExit;
-use crate::{Error, Field, HydrostaticProfile, Scene, TemperatureProfile, temperature};
+use crate::{Error, Field, HydrostaticProfile, Hydrostatics, Scene, TemperatureProfile, temperature};
 
 /// Spheres per area of a wall that the theory between walls puts into the wrong bin, as a function of the packing fraction at the wall.
 ///
 /// To leading order it is 0.42 η², from the density of a dilute gas at a wall (n(z)/n − 1 = 2η(1 − z)²(2 + z)); the rest is fitted to columns. It
 /// is |B(η)| with what the fit misses added in quadrature, since B changes its sign near η = 0.08.
-pub(super) fn layering(packing_fraction: f64) -> f64 {
+fn layering(packing_fraction: f64) -> f64 {
     let eta = packing_fraction;
     let polynomial = LAYERS.iter().rev().fold(0.0, |sum, coefficient| sum * eta + coefficient);
     eta * eta * polynomial.hypot(LAYERS_SCATTER)
 }
 
-/// Total variation distance of an average over `samples` independent spheres: ½ Σ |δp| with binomial δp, ½ √(2/π) Σ √(p(1 − p)/samples).
-pub(super) fn counting_noise(spread: f64, samples: f64) -> f64 {
-    0.5 * std::f64::consts::FRAC_2_PI.sqrt() * spread / samples.sqrt()
-}
-
-/// What is known of a scene without a simulation.
+/// What is known of a scene without a simulation, for one accuracy that is asked for.
 #[derive(Debug, Clone)]
 pub(super) struct Outlook {
-    pub(super) ideal: IdealColumn,
+    pub(super) ideal: HydrostaticProfile,
     pub(super) theory: HydrostaticProfile,
     /// Where the column freezes; then the theory is that of fluid and solid.
     pub(super) freezing: Option<DomainExit>,
     pub(super) column_density: f64,
-    pub(super) height: f64,
-    pub(super) isothermal: bool,
-    /// Total variation distance of the ideal gas if the theory were true.
+    quantity: Quantity,
+    isothermal: bool,
+    /// Error of the ideal gas if the theory were true.
     pub(super) excluded_volume: f64,
-    /// Packing fractions at base and lid.
-    pub(super) walls: [f64; 2],
-    /// Σ √(p(1 − p)) over the bins.
-    pub(super) spread: f64,
-    /// Largest |d ln n/dx| where the column is, and its height.
-    pub(super) steepest: (f64, f64),
+    /// Error of the theory by the layers at the walls, and by equation of state and local density beyond them.
+    pub(super) layers: f64,
+    pub(super) bulk: f64,
+    /// Error of a base with one sphere, as far as errors are small.
+    finite_base: f64,
+    /// Error of a single configuration of one sphere.
+    spread: f64,
+    /// Pressure on the lid over that at the highest bin that counts; 0 for n, which does not need it.
+    pub(super) lid: f64,
 }
 
 impl Outlook {
-    pub(super) fn new<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>) -> Result<Self, Error> {
-        let slab = scene.slab();
-        let column_density = scene.column_density();
-        let ideal = IdealColumn::new(scene)?;
+    pub(super) fn new<F: Field, T: TemperatureProfile>(
+        scene: &Scene<F, T>,
+        accuracy: &Accuracy,
+    ) -> Result<Self, Error> {
+        /// A part of what excluded volume does that is so small that errors are linear in it.
+        const SMALL: f64 = 1e-3;
+        let (slab, column_density) = (scene.slab(), scene.column_density());
+        // All that points know of the size of spheres is where centers begin.
+        let ideal = Hydrostatics::new(scene.field(), scene.temperature(), IdealGas)
+            .base(slab.lowest_center())
+            .lid(slab.highest_center())
+            .column_density(column_density)?;
         let fluid = scene.hydrostatics(&ModifiedKolafa);
         let (theory, freezing) = match fluid {
             Ok(profile) if profile.domain_exit().is_none() => (profile, None),
@@ -64,82 +68,85 @@ impl Outlook {
                 (both, exit)
             }
         };
-        let ideal_densities = densities(slab, |height| ideal.column_below(height));
-        let theory_densities = densities(slab, |height| theory.column_below(height));
-        let spread = theory_densities
-            .iter()
-            .map(|density| {
-                let part = density / column_density;
-                (part * (1.0 - part)).max(0.0).sqrt()
-            })
-            .sum();
+        let [points, spheres] =
+            [&ideal, &theory].map(|profile| densities(slab, |height| profile.column_below(height)));
+        let bins = accuracy.bins(&spheres);
+        if bins.is_empty() || spheres[bins.clone()].iter().any(|&density| density <= 0.0) {
+            let requirement = "the column must have spheres between the two heights";
+            let value = bins.end as f64;
+            return Err(Error::InvalidParameter { name: "highest height", value, requirement });
+        }
+        // Errors of what lies between two profiles, and of what is added to one.
+        let mixed = |part: f64| -> Vec<f64> {
+            points.iter().zip(&spheres).map(|(point, sphere)| sphere + part * (point - sphere)).collect()
+        };
+        let mut layered = spheres.clone();
+        let eta = [theory.base_packing_fraction(), theory.packing_fraction(theory.top())];
+        for (from_wall, part) in LAYERS_SHAPE.iter().enumerate().take(layered.len()) {
+            let [base, lid] = eta.map(|eta| 2.0 * layering(eta) * part);
+            // A part that is more than there is would have no meaning.
+            for (bin, change) in [(from_wall, base), (layered.len() - 1 - from_wall, lid)] {
+                layered[bin] = (layered[bin] + change).max(0.1 * spheres[bin]);
+            }
+        }
+        let error = |profile: &[f64]| accuracy.error(scene, profile, &spheres);
+        let highest = theory.pressure((bins.end as f64 - 0.5).min(theory.top()));
+        let needs_weight = accuracy.quantity() != Quantity::Density;
         Ok(Self {
-            excluded_volume: total_variation_distance(&ideal_densities, &theory_densities),
-            walls: [theory.base_packing_fraction(), theory.packing_fraction(theory.top())],
-            steepest: steepest(&theory),
+            quantity: accuracy.quantity(),
+            isothermal: temperature::constant(scene.temperature(), slab).is_some(),
+            excluded_volume: error(&points),
+            layers: error(&layered),
+            bulk: error(&mixed(BULK)),
+            finite_base: error(&mixed(SMALL)) / SMALL * FINITE_BASE,
+            spread: accuracy.noise(scene, &spheres, 1.0),
+            lid: if needs_weight { theory.lid_pressure() / highest } else { 0.0 },
             ideal,
             theory,
             freezing,
             column_density,
-            height: slab.height(),
-            isothermal: temperature::constant(scene.temperature(), scene.slab()).is_some(),
-            spread,
         })
     }
 
-    /// Total variation distance by the layers at base and lid.
-    pub(super) fn layers(&self) -> [f64; 2] {
-        self.walls.map(|eta| layering(eta) / self.column_density)
-    }
-
-    /// Total variation distance of the theory.
+    /// Error of the theory.
     pub(super) fn theory_error(&self) -> f64 {
-        let [base, lid] = self.layers();
-        (base + lid).hypot(self.bulk())
+        self.layers.hypot(self.bulk)
     }
 
-    /// Total variation distance by equation of state and gradients; a gas without excluded volume has none.
-    pub(super) fn bulk(&self) -> f64 {
-        BULK * self.excluded_volume
-    }
-
-    /// Total variation distance of the ideal gas.
+    /// Error of the ideal gas.
     pub(super) fn ideal_error(&self) -> f64 {
         self.excluded_volume.hypot(self.theory_error())
     }
 
-    /// What an error that is expected may become.
-    pub(super) fn allowance() -> f64 {
-        ALLOWANCE
+    /// What an error that is expected of a formula may become.
+    pub(super) fn allowance(&self) -> f64 {
+        ALLOWANCE[self.quantity as usize]
     }
 
     /// What the noise of a single run may become: the expected root mean square may be as much too small as the fit has scatter, and a seed
     /// two standard deviations worse than others.
-    pub(super) fn plan_allowance(family: MoveFamily) -> f64 {
-        PLAN_ALLOWANCE[index(family)] * (1.0 + 2.0 * SEED_SCATTER[index(family)])
+    pub(super) fn plan_allowance(&self, family: MoveFamily) -> f64 {
+        let Noise { scatter, seeds, .. } = self.constants(family);
+        libm::exp(scatter) * (1.0 + 2.0 * seeds)
     }
 
-    pub(super) fn ideal_cost(&self) -> f64 {
-        power_law(IDEAL_COST, self.height)
+    fn constants(&self, family: MoveFamily) -> Noise {
+        NOISE[self.quantity as usize][family as usize]
     }
 
-    pub(super) fn theory_cost(&self) -> f64 {
-        power_law(THEORY_COST, self.height)
-    }
-
-    /// Total variation distance that a base with `particles` spheres adds: of the pairs that make excluded volume, 1/N are missing.
+    /// What a base with `particles` spheres adds: of the pairs that make excluded volume, 1/N are missing.
     pub(super) fn finite_base(&self, particles: usize) -> f64 {
-        FINITE_BASE * self.excluded_volume / particles as f64
+        self.finite_base / particles as f64
     }
 
     /// Fewest spheres whose base adds no more than `error`.
     pub(super) fn particles_for(&self, error: f64) -> f64 {
-        FINITE_BASE * self.excluded_volume / error
+        self.finite_base / error
     }
 
     /// Variance of a run in units of that of as many independent spheres.
     fn inefficiency(&self, family: MoveFamily) -> f64 {
-        let [constant, with_packing, with_extent, varying] = INEFFICIENCY[index(family)];
+        let [constant, with_packing, with_extent, varying] = self.constants(family).inefficiency;
         let extent = self.theory.center_of_mass() - self.theory.base();
         let varying = if self.isothermal { 0.0 } else { varying };
         libm::exp(constant + with_packing * self.densest() + with_extent * libm::log(extent) + varying)
@@ -149,39 +156,25 @@ impl Outlook {
         crate::equation_of_state::packing_fraction(self.theory.density_maximum().1)
     }
 
-    /// Statistical total variation distance of a run; the theory, at which it starts, counts for some sweeps.
+    /// Statistical error of a run; the theory, at which it starts, counts for some sweeps.
     pub(super) fn noise(&self, particles: usize, family: MoveFamily, sweeps: f64) -> f64 {
-        let counted = (1.0 - MonteCarloPlan::EQUILIBRATION) * (sweeps + HEAD_START[index(family)]);
-        counting_noise(self.spread, counted * particles as f64 / self.inefficiency(family))
+        let counted = (1.0 - MonteCarloPlan::EQUILIBRATION) * (sweeps + self.constants(family).head_start);
+        self.spread * (self.inefficiency(family) / (counted * particles as f64)).sqrt()
     }
 
-    /// Sweeps for a statistical total variation distance; zero or less where the start would be enough.
+    /// Sweeps for a statistical error; zero or less where the start would be enough.
     pub(super) fn sweeps_for(&self, particles: usize, family: MoveFamily, error: f64) -> f64 {
         let unit = self.noise(particles, family, 1.0) / error;
-        let head_start = HEAD_START[index(family)];
+        let head_start = self.constants(family).head_start;
         unit * unit * (1.0 + head_start) - head_start
     }
 
-    /// CPU seconds of a run.
-    pub(super) fn plan_cost(&self, particles: usize, family: MoveFamily, sweeps: f64) -> f64 {
-        let [dilute, slope] = SWEEP_COST[index(family)];
-        let start = START_COST[usize::from(!self.isothermal)] * self.theory_cost();
+    /// Trials and events of a run.
+    pub(super) fn moves(&self, particles: usize, family: MoveFamily, sweeps: f64) -> f64 {
+        let [dilute, slope] = MOVES[family as usize];
         // Nothing was measured beyond freezing, and the straight lines end there.
-        let densest = self.densest().min(FREEZING);
-        start + particles as f64 * sweeps * (dilute + slope * densest)
+        particles as f64 * sweeps * (dilute + slope * self.densest().min(FREEZING))
     }
-}
-
-/// Position of a family in the constants.
-fn index(family: MoveFamily) -> usize {
-    match family {
-        MoveFamily::TunedLocal => 0,
-        MoveFamily::Chains => 1,
-    }
-}
-
-fn power_law([factor, power]: [f64; 2], value: f64) -> f64 {
-    factor * libm::pow(value, power)
 }
 
 /// The part of a profile of fluid and solid that is denser than the fluid can be.
@@ -204,82 +197,80 @@ fn frozen_part(profile: &HydrostaticProfile) -> Option<DomainExit> {
     })
 }
 
-/// Largest |d ln n/dx| among the quantiles of a column, and its height.
-fn steepest(profile: &HydrostaticProfile) -> (f64, f64) {
-    const QUANTILES: u32 = 64;
-    const STEP: f64 = 0.01;
-    let mut steepest = (0.0, profile.base());
-    for quantile in 0..QUANTILES {
-        let height = profile.height_of_fraction((f64::from(quantile) + 0.5) / f64::from(QUANTILES));
-        let (low, high) = ((height - STEP).max(profile.base()), (height + STEP).min(profile.top()));
-        let change = libm::log(profile.number_density(high) / profile.number_density(low)) / (high - low);
-        if change.is_finite() && change.abs() > steepest.0 {
-            steepest = (change.abs(), height);
-        }
-    }
-    steepest
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::field::LinearField;
     use crate::field::UniformField;
     use crate::random::unit;
     use crate::temperature::Isothermal;
     use crate::{Generator, Slab};
     use rand::SeedableRng;
 
-    fn outlook(temperature: f64, column_density: f64) -> Outlook {
+    fn outlook(temperature: f64, column_density: f64, accuracy: &Accuracy) -> Outlook {
         // 400 spheres.
         let side = (400.0 / column_density).sqrt();
         let slab = Slab::new(40.0, side, side).unwrap();
         let scene =
             Scene::new(slab, 400, UniformField::default(), Isothermal::new(temperature).unwrap()).unwrap();
-        Outlook::new(&scene).unwrap()
+        Outlook::new(&scene, accuracy).unwrap()
     }
 
-    /// Points drawn from a known distribution are misplaced as the formula says.
+    /// Points drawn from a known distribution are off by as much as the formulas say, in n, P and Z.
     #[test]
-    fn counting_noise_is_that_of_independent_points() {
-        const SAMPLES: usize = 400;
-        const REPEATS: usize = 400;
-        let parts = [0.4, 0.25, 0.15, 0.1, 0.06, 0.04];
-        let spread: f64 = parts.iter().map(|part| f64::sqrt(part * (1.0 - part))).sum();
-        let mut generator = Generator::seed_from_u64(5);
-        let errors: Vec<f64> = (0..REPEATS)
-            .map(|_| {
-                let mut counts = [0.0; 6];
-                for _ in 0..SAMPLES {
-                    let mut left = unit(&mut generator);
-                    let bin = parts.iter().position(|part| {
-                        left -= part;
-                        left < 0.0
-                    });
-                    counts[bin.unwrap_or(5)] += 1.0;
-                }
-                total_variation_distance(&counts, &parts.map(|part| part * SAMPLES as f64))
-            })
-            .collect();
-        let mean = errors.iter().sum::<f64>() / REPEATS as f64;
-        let variance =
-            errors.iter().map(|error| (error - mean) * (error - mean)).sum::<f64>() / REPEATS as f64;
-        let error = (variance / REPEATS as f64).sqrt();
-        let expected = counting_noise(spread, SAMPLES as f64);
-        assert!(error < 0.02 * expected);
-        // Counts of so few spheres are not quite Gaussian.
-        assert!(
-            (mean - expected).abs() < 4.0 * error + 0.01 * expected,
-            "{mean} instead of {expected} ± {error}"
-        );
+    fn noise_is_that_of_independent_points() {
+        const SAMPLES: usize = 4000;
+        const REPEATS: usize = 1600;
+        let parts = [0.3, 0.25, 0.2, 0.12, 0.08, 0.05];
+        // A weight that grows with height.
+        let field = LinearField::new(1.0, 0.5).unwrap();
+        let scene =
+            Scene::new(Slab::new(6.0, 4.0, 4.0).unwrap(), 16, field, Isothermal::new(1.0).unwrap()).unwrap();
+        for quantity in Quantity::ALL {
+            let accuracy = Accuracy::new(quantity, 0.1).unwrap().between(1.0, 5.0).unwrap();
+            let mut generator = Generator::seed_from_u64(5);
+            let errors: Vec<f64> = (0..REPEATS)
+                .map(|_| {
+                    let mut counts = [0.0; 6];
+                    for _ in 0..SAMPLES {
+                        let mut left = unit(&mut generator);
+                        let bin = parts.iter().position(|part| {
+                            left -= part;
+                            left < 0.0
+                        });
+                        counts[bin.unwrap_or(5)] += 1.0 / SAMPLES as f64;
+                    }
+                    accuracy.error(&scene, &counts, &parts)
+                })
+                .collect();
+            // Of n the mean is known, of the others the mean square.
+            let is_mean = quantity == Quantity::Density;
+            let values: Vec<f64> =
+                errors.iter().map(|error| if is_mean { *error } else { error * error }).collect();
+            let mean = values.iter().sum::<f64>() / REPEATS as f64;
+            let squares: f64 = values.iter().map(|value| (value - mean) * (value - mean)).sum();
+            let error = squares.sqrt() / REPEATS as f64;
+            let expected = accuracy.noise(&scene, &parts, SAMPLES as f64);
+            let expected = if is_mean { expected } else { expected * expected };
+            assert!(error < 0.06 * expected, "{quantity:?}");
+            // Counts of so few spheres are not quite Gaussian.
+            assert!(
+                (mean - expected).abs() < 4.0 * error + 0.01 * expected,
+                "{quantity:?}: {mean} instead of {expected} ± {error}"
+            );
+        }
     }
 
     #[test]
     fn sweeps_are_those_that_reach_the_noise() {
-        let outlook = outlook(3.0, 2.0);
-        for family in MoveFamily::ALL {
-            for error in [0.1, 0.01, 0.001] {
-                let sweeps = outlook.sweeps_for(100, family, error);
-                approx::assert_relative_eq!(outlook.noise(100, family, sweeps), error, max_relative = 1e-12);
+        for quantity in Quantity::ALL {
+            let outlook = outlook(3.0, 2.0, &Accuracy::new(quantity, 0.1).unwrap());
+            for family in MoveFamily::ALL {
+                for error in [0.1, 0.01, 0.001] {
+                    let sweeps = outlook.sweeps_for(100, family, error);
+                    let noise = outlook.noise(100, family, sweeps);
+                    approx::assert_relative_eq!(noise, error, max_relative = 1e-12);
+                }
             }
         }
     }
@@ -304,9 +295,20 @@ mod tests {
         approx::assert_relative_eq!(misplaced, LAYERS[0] * eta * eta, max_relative = 2e-3);
     }
 
+    /// Layers and what the theory misses of n amount to the total variation distances that they were fitted as.
+    #[test]
+    fn errors_of_n_are_those_of_the_fit() {
+        let outlook = outlook(2.0, 3.0, &Accuracy::density(0.1).unwrap());
+        let share = layering(outlook.theory.base_packing_fraction()) / outlook.column_density;
+        approx::assert_relative_eq!(outlook.layers, share, max_relative = 1e-3);
+        approx::assert_relative_eq!(outlook.bulk, BULK * outlook.excluded_volume, max_relative = 1e-9);
+    }
+
     #[test]
     fn dilute_columns_have_small_errors_and_dense_ones_freeze() {
-        let (dilute, dense, frozen) = (outlook(20.0, 0.1), outlook(2.0, 10.0), outlook(1.0, 20.0));
+        let accuracy = Accuracy::density(0.1).unwrap();
+        let [dilute, dense, frozen] =
+            [(20.0, 0.1), (2.0, 10.0), (1.0, 20.0)].map(|(t, n)| outlook(t, n, &accuracy));
         assert!(dilute.ideal_error() < 0.02 && dilute.theory_error() < 1e-3);
         assert!(dense.ideal_error() > 0.3 && dense.freezing.is_none());
         let exit = frozen.freezing.unwrap();
@@ -314,5 +316,10 @@ mod tests {
             exit.lowest_height < 1.0 && exit.highest_height > 5.0 && exit.highest_height < 15.0,
             "{exit:?}"
         );
+        // Above the layers the theory is better in P and Z.
+        let accuracy = Accuracy::pressure(0.1).unwrap();
+        let [everywhere, above] =
+            [accuracy, accuracy.between(9.0, 20.0).unwrap()].map(|accuracy| outlook(4.0, 10.0, &accuracy));
+        assert!(above.theory_error() < everywhere.theory_error());
     }
 }

@@ -1,6 +1,6 @@
 //! A Monte Carlo run that was thought out beforehand.
 
-use super::total_variation::bins;
+use super::accuracy::bins;
 use crate::frame::Frame;
 use crate::moves::{EventChains, LocalMoves, Moves};
 use crate::observer::{Observer, ObserverError};
@@ -117,12 +117,6 @@ impl MonteCarloPlan {
     #[must_use]
     pub fn production_sweeps(&self) -> u64 {
         self.sweeps - self.equilibration_sweeps()
-    }
-
-    /// Number of independent runs: one, since more of them would all have to equilibrate.
-    #[must_use]
-    pub fn replicas(&self) -> usize {
-        1
     }
 
     /// The same box and moves with another number of sweeps.

@@ -6,8 +6,9 @@
 //! | [`LocalMoves::tuned`] | detailed | any scene, without a choice of S; the fastest where the base is not dense |
 //! | [`EventChains`] | global | the fastest where it is dense (with local moves in between); drives that are fixed while measuring |
 //!
-//! [`Moves::default`], chains with tuned local moves between them, is what a simulation takes that names none; the scheme of
-//! the paper ([`Instantaneous`](crate::drive::Instantaneous)) has local moves with S = 0.75 instead.
+//! [`Moves::default`], chains with tuned local moves between them, is what a simulation takes that
+//! names none; the scheme of the paper ([`Instantaneous`](crate::drive::Instantaneous)) has local
+//! moves with S = 0.75 instead.
 //!
 //! Each reads the drive (`reduced_potential` through [`log_acceptance`](crate::drive::log_acceptance), or its derivative
 //! `reduced_force`) and nothing else. A new family is a new file here and a variant of [`Moves`].
@@ -48,15 +49,17 @@ impl From<EventChains> for Moves {
 }
 
 impl Default for Moves {
-    /// Event chains with tuned local moves between them: what a builder takes that is told nothing. Jumps alone are up to
-    /// twice as fast where the base is not dense, and do not get anywhere where it is.
+    /// Event chains with tuned local moves between them: what a builder takes that is told nothing.
+    /// Jumps alone are up to twice as fast where the base is not dense, and do not get anywhere
+    /// where it is.
     fn default() -> Self {
         EventChains::default().local_moves(Some(LocalMoves::tuned())).into()
     }
 }
 
 impl Moves {
-    /// The moves of a simulation, by those that were named and whether its steady state depends on them.
+    /// The moves of a simulation, by those that were named and whether its steady state depends on
+    /// them.
     pub(crate) fn chosen(named: Option<Self>, steady_state_depends: bool) -> Result<Self, Error> {
         match named {
             None if steady_state_depends => Ok(LocalMoves::one(0.75).into()),

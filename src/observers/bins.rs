@@ -5,6 +5,9 @@ use crate::{Error, Frame, Slab};
 /// Largest number of bins of a profile.
 pub const MAXIMUM_BINS: usize = 65_536;
 
+/// Largest number of parts of bins, [`Bins::divided`].
+const MAXIMUM_STRETCHES: usize = 1 << 20;
+
 /// How a range of heights is divided into bins of equal height: by their number, or by their width.
 ///
 /// The range is the whole slab, unless [`from`](Self::from) and [`to`](Self::to) say otherwise.
@@ -151,6 +154,27 @@ impl HeightBins {
     /// Volume of a bin.
     pub(super) fn volume(&self) -> f64 {
         self.base_area() / self.per_diameter
+    }
+
+    /// Volume of the part of a bin in which centers can be.
+    pub(super) fn accessible_volume(&self, bin: usize) -> f64 {
+        let edge = |bin: usize| self.low + bin as f64 / self.per_diameter;
+        let (low, high) =
+            (edge(bin).max(self.slab.lowest_center()), edge(bin + 1).min(self.slab.highest_center()));
+        // Less is the rounding of an edge.
+        let accessible = (high - low) * self.per_diameter;
+        if accessible > 1e-9 { accessible.min(1.0) * self.volume() } else { 0.0 }
+    }
+
+    /// The same heights in narrower bins, at most `width` high, a whole number of which make up one of these; as many as
+    /// [`MAXIMUM_STRETCHES`] allows.
+    pub(super) fn divided(&self, width: f64) -> Self {
+        let extent = 1.0 / self.per_diameter;
+        // At least 1 and at most the limit.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let wanted = (extent / width).ceil().clamp(1.0, MAXIMUM_STRETCHES as f64) as usize;
+        let parts = wanted.min(MAXIMUM_STRETCHES / self.count).max(1);
+        Self { count: self.count * parts, per_diameter: self.per_diameter * parts as f64, ..*self }
     }
 
     /// Middles of the bins, upwards.

@@ -2,7 +2,7 @@
 
 use super::neighbors::Neighbors;
 use super::steinhardt::{CubicInvariant, Harmonics};
-use crate::{Error, Slab};
+use crate::Slab;
 use nalgebra::Vector3;
 
 /// What the surroundings of a sphere look like.
@@ -54,7 +54,7 @@ pub enum Structure {
 /// let slab = Slab::new(20.0, 8.0, 7.0)?;
 /// let scene = Scene::new(slab, 448, UniformField::default(), Isothermal::new(0.1)?)?;
 /// let simulation = Simulation::builder(scene).start(ClosePacked).build()?;
-/// let mut order = BondOrder::new(&slab)?;
+/// let mut order = BondOrder::new(&slab);
 /// order.gather(simulation.positions());
 /// let crystalline = |sphere: &usize| {
 ///     order.structure(*sphere).is_some_and(|structure| structure != Structure::Fluid)
@@ -90,20 +90,19 @@ const WALL_LAYER: f64 = 0.5;
 
 impl BondOrder {
     /// For configurations in a slab.
-    ///
-    /// # Errors
-    /// None at present: any slab is wide enough.
-    pub fn new(slab: &Slab) -> Result<Self, Error> {
-        Ok(Self {
+    #[must_use]
+    pub fn new(slab: &Slab) -> Self {
+        Self {
             slab: *slab,
-            neighbors: Neighbors::new(slab, RADIUS)?,
+            // At most half the width of any slab.
+            neighbors: Neighbors::unchecked(slab, RADIUS),
             cubic: CubicInvariant::new(),
             nearest: Vec::new(),
             surrounded: Vec::new(),
             at_wall: Vec::new(),
             harmonics: Vec::new(),
             candidates: Vec::new(),
-        })
+        }
     }
 
     /// Takes a configuration, all its spheres, in place of the one before.
@@ -242,7 +241,7 @@ mod tests {
     /// Fraction of spheres for which `structure` is what the stacking says, of all layers that have two neighbors.
     fn recognized(letters: &str, spacing: f64, jitter: f64) -> f64 {
         let (slab, positions) = stacked(letters, spacing, jitter);
-        let mut order = BondOrder::new(&slab).unwrap();
+        let mut order = BondOrder::new(&slab);
         order.gather(positions);
         let letters = letters.as_bytes();
         let per_layer = order.count() / letters.len();
@@ -282,7 +281,7 @@ mod tests {
     }
 
     /// Independent displacements, which disturb bonds more than those of a crystal, where neighbors move
-    /// together; for these see `tests/structure.rs`.
+    /// together; for these see `tests/suite/structure.rs`.
     #[test]
     fn crystals_with_noise_are_recognized() {
         for letters in STACKINGS {
@@ -296,7 +295,7 @@ mod tests {
     #[test]
     fn invariants_are_those_of_the_lattice_and_a_gas_is_a_fluid() {
         let (slab, positions) = stacked("ABCABCABCABC", 1.1, 0.0);
-        let mut order = BondOrder::new(&slab).unwrap();
+        let mut order = BondOrder::new(&slab);
         order.gather(positions);
         let invariants = order.invariants(order.count() / 2).unwrap();
         for (value, expected) in invariants.into_iter().zip([0.190_941, 0.574_524, -0.159_317]) {

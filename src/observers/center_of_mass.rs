@@ -1,7 +1,8 @@
 //! Height of the center of mass against time.
 
-use crate::statistics::{self, Autocorrelation, Equilibration, Estimate};
-use crate::{Error, Frame, Merge, Observer, ObserverError};
+use crate::statistics::{self, Autocorrelation, Equilibration, Estimate, scattered};
+use crate::warning::Disagreement;
+use crate::{Error, Frame, Merge, Observer, ObserverError, Warning};
 
 /// The series of the height `h_c` of the center of mass, frame by frame.
 ///
@@ -61,7 +62,8 @@ impl CenterOfMass {
             .filter(|heights| !heights.is_empty())
     }
 
-    /// An estimate from every run, averaged with the runs' lengths as weights.
+    /// An estimate from every run, averaged with the runs' lengths as weights; the error is at least
+    /// that of their scatter, where it is more than the errors of the runs explain.
     fn pooled(&self, estimate: impl Fn(&[f64]) -> Result<Estimate, Error>) -> Result<Estimate, Error> {
         let observations: usize = self.runs().map(<[f64]>::len).sum();
         if observations == 0 {
@@ -69,16 +71,41 @@ impl CenterOfMass {
             return estimate(&[]);
         }
         let (mut mean, mut squared) = (0.0, 0.0);
+        let mut replicas = Vec::with_capacity(self.replicas.len() + 1);
         for run in self.runs() {
             let weight = run.len() as f64 / observations as f64;
             let of_run = estimate(run)?;
+            let squared_error = of_run.standard_error * of_run.standard_error;
             mean += weight * of_run.mean;
-            squared += weight * weight * of_run.standard_error * of_run.standard_error;
+            squared += weight * weight * squared_error;
+            replicas.push((of_run.mean, weight, squared_error));
         }
-        Ok(Estimate::new(mean, squared.sqrt()))
+        Ok(Estimate::new(mean, scattered(&replicas, squared).standard_error))
     }
 
-    /// Mean height, with its error by [`blocking`](statistics::blocking) each replica.
+    /// What speaks against the series: [`Warning::ReplicasDisagree`] if merged replicas have means
+    /// that cannot be those of one state. A run is judged by
+    /// [`Simulation::warnings`](crate::Simulation::warnings).
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Warning> {
+        let replicas: Vec<(f64, f64, f64)> = self
+            .runs()
+            .filter_map(|run| {
+                let of_run = statistics::blocking(run).ok()?;
+                Some((of_run.mean, run.len() as f64, of_run.standard_error * of_run.standard_error))
+            })
+            .collect();
+        if !scattered(&replicas, 0.0).contradict {
+            return Vec::new();
+        }
+        let means = replicas.iter().map(|(mean, ..)| *mean);
+        let (lowest, highest) = means
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), mean| (low.min(mean), high.max(mean)));
+        vec![Warning::ReplicasDisagree { disagreement: Disagreement::CenterOfMass { lowest, highest } }]
+    }
+
+    /// Mean height, with its error by [`blocking`](statistics::blocking) each replica; that of the
+    /// replicas' scatter if it is larger by more than chance.
     ///
     /// # Errors
     /// [`Error::TooFewObservations`] if a replica has fewer than 16 frames.
@@ -241,10 +268,28 @@ mod tests {
         assert_eq!(late.heights(), &center.heights()[51..]);
         assert!(matches!(
             center.since(10_000).estimate(),
-            Err(Error::TooFewObservations { available: 0, needed: 16 })
+            Err(Error::TooFewObservations { available: 0, needed: 16, .. })
         ));
         let mut merged = center.since(10_000);
         merged.merge(&center).unwrap();
         assert_eq!(merged.estimate().unwrap(), center.estimate().unwrap());
+    }
+
+    #[test]
+    fn replicas_that_contradict_each_other_are_named_and_have_their_scatter() {
+        let mut center = observed(1000, 0);
+        center.merge(&observed(1000, 1_000_000)).unwrap();
+        assert_eq!(center.warnings(), []);
+        let mut far = observed(1000, 2_000_000);
+        far.series.heights.iter_mut().for_each(|height| *height += 183.6);
+        let mut both = observed(1000, 0);
+        both.merge(&far).unwrap();
+        let error = both.estimate().unwrap().standard_error;
+        assert!((error - 91.8).abs() < 0.3, "{error}");
+        assert!(matches!(
+            both.warnings()[..],
+            [Warning::ReplicasDisagree { disagreement: Disagreement::CenterOfMass { lowest, highest } }]
+                if (lowest - 5.5).abs() < 0.2 && (highest - 189.1).abs() < 0.2
+        ));
     }
 }

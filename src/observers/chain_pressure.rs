@@ -17,8 +17,13 @@ use crate::{Collision, Error, Frame, Merge, Observer, ObserverError, Recorder, S
 ///
 /// summed over the collisions of all chains along the axis, whose lengths add up to ℓ; s is the separation
 /// of the two centers along that axis, and q the part of the line between them that lies in
-/// the bin. For a scene whose temperature varies, T is that of the height: P/T is then what
-/// the isothermal system on which the scene is mapped obeys.
+/// the bin. For a scene whose temperature varies, P/T is what the isothermal system on which the scene is
+/// mapped obeys at every height. So every sphere counts with the T of its height, and every part of a line with that
+/// of its own, read in the middle of stretches of at most an eighth of a diameter: P is the mean over the bin, however
+/// wide that is.
+///
+/// No center lies within half a diameter of a wall, and the walls bear what is missing there: pressures are means over
+/// the part of a bin in which centers can be, and NaN in a bin that has none.
 ///
 /// Force balance makes the normal pressure equal to the weight of the column at every height, layers at the
 /// walls included, once the column is in equilibrium: the two together test that it is. The lateral
@@ -26,12 +31,31 @@ use crate::{Collision, Error, Frame, Merge, Observer, ObserverError, Recorder, S
 #[derive(Debug, Clone)]
 pub struct ChainPressureProfile {
     bins: HeightBins,
+    /// The bins, each divided evenly into stretches in which the temperature is one number.
+    stretches: HeightBins,
+    /// Of the scene in the middles of the stretches; empty before the first frame.
     temperatures: Vec<f64>,
-    /// Of the interval under way: Σ s q of vertical and of lateral chains in all bins, spheres in
-    /// all bins, and the two path lengths.
+    /// Of the interval under way: Σ s q of vertical and of lateral chains in all stretches, and the two path lengths.
+    collisions: Vec<f64>,
+    paths: [f64; 2],
+    /// Scratch for what is averaged: Σ T s q of vertical and of lateral chains in all bins, Σ T of spheres in all bins,
+    /// and the two path lengths.
     sample: Vec<f64>,
     particles: f64,
     averages: BlockAverages,
+}
+
+/// Means of one bin over all frames, or over those that a jackknife leaves; see
+/// [`ChainPressureProfile::jackknife`].
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct BinPressures {
+    /// Middle of the bin.
+    pub height: f64,
+    /// Normal pressure `P_xx`, in m g/d².
+    pub normal: f64,
+    /// Lateral pressure, the mean of `P_yy` and `P_zz`.
+    pub lateral: f64,
 }
 
 /// Pressures in one bin.
@@ -52,11 +76,17 @@ impl ChainPressureProfile {
     /// # Errors
     /// Those of [`Bins`].
     pub fn new(slab: &Slab, bins: Bins) -> Result<Self, Error> {
+        /// Longest stretch in which the temperature is one number, in diameters.
+        const STRETCH: f64 = 0.125;
         let bins = bins.of(slab)?;
         let components = 3 * bins.count() + 2;
+        let stretches = bins.divided(STRETCH);
         Ok(Self {
             bins,
             temperatures: Vec::new(),
+            collisions: vec![0.0; 2 * stretches.count()],
+            stretches,
+            paths: [0.0; 2],
             sample: vec![0.0; components],
             particles: 0.0,
             averages: BlockAverages::new(components)?,
@@ -70,27 +100,44 @@ impl ChainPressureProfile {
     }
 
     /// The profile, upwards, with errors by the jackknife. A pressure is NaN if no chain ran along its
-    /// axes.
+    /// axes, or if no center can be in the bin.
     ///
     /// # Errors
     /// [`Error::TooFewObservations`] below 16 frames.
     pub fn points(&self) -> Result<Vec<ChainPressurePoint>, Error> {
+        let pressures = self
+            .jackknife(|bins| bins.iter().flat_map(|bin| [bin.normal, bin.lateral]).collect::<Vec<f64>>())?;
+        let rows = self.bins.centers().zip(pressures.chunks_exact(2));
+        Ok(rows
+            .map(|(height, pair)| ChainPressurePoint { height, normal: pair[0], lateral: pair[1] })
+            .collect())
+    }
+
+    /// Any function of the pressures of all bins, upwards, with errors by the jackknife over blocks: means over groups of
+    /// bins, differences from the weight of the column, fits. `function` must return the same number of values each time.
+    ///
+    /// # Errors
+    /// [`Error::TooFewObservations`] below 16 frames.
+    pub fn jackknife<R: AsRef<[f64]>>(
+        &self,
+        mut function: impl FnMut(&[BinPressures]) -> R,
+    ) -> Result<Vec<Estimate>, Error> {
         let bins = self.bins.count();
-        let volume = self.bins.volume();
-        let pressures = self.averages.jackknife(|means| {
+        let mut pressures = Vec::with_capacity(bins);
+        self.averages.jackknife(|means| {
             let (sums, paths) = means.split_at(3 * bins);
-            let mut pressures = Vec::with_capacity(2 * bins);
-            for (axis, &path) in paths.iter().enumerate() {
-                for bin in 0..bins {
-                    let transferred = self.particles * sums[axis * bins + bin] / path;
-                    pressures.push(self.temperatures[bin] * (sums[2 * bins + bin] + transferred) / volume);
-                }
-            }
-            pressures
-        })?;
-        let (normal, lateral) = pressures.split_at(bins);
-        let rows = self.bins.centers().zip(normal.iter().zip(lateral));
-        Ok(rows.map(|(height, (&normal, &lateral))| ChainPressurePoint { height, normal, lateral }).collect())
+            pressures.clear();
+            pressures.extend(self.bins.centers().enumerate().map(|(bin, height)| {
+                // 0/0 where no center can be.
+                let volume = self.bins.accessible_volume(bin);
+                let pressure = |axis: usize| {
+                    let transferred = self.particles * sums[axis * bins + bin] / paths[axis];
+                    (sums[2 * bins + bin] + transferred) / volume
+                };
+                BinPressures { height, normal: pressure(0), lateral: pressure(1) }
+            }));
+            function(&pressures)
+        })
     }
 }
 
@@ -119,7 +166,8 @@ impl Merge for ChainPressureProfile {
 impl Observer for ChainPressureProfile {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         self.bins.require_slab_of(frame)?;
-        let temperatures = self.bins.centers().map(|height| frame.temperature().temperature(height));
+        let temperature = |height: f64| frame.temperature().temperature(height);
+        let temperatures = self.stretches.centers().map(temperature);
         let particles = frame.particles() as f64;
         if self.temperatures.is_empty() {
             self.temperatures.extend(temperatures);
@@ -128,14 +176,25 @@ impl Observer for ChainPressureProfile {
             super::require_same_temperatures(&self.temperatures, temperatures)?;
             require_particles(self.particles, particles)?;
         }
-        let counts = &mut self.sample[2 * self.bins.count()..];
+        let bins = self.bins.count();
+        let divisions = self.stretches.count() / bins;
+        let (transfers, rest) = self.sample.split_at_mut(2 * bins);
+        let (spheres, paths) = rest.split_at_mut(bins);
+        let rows =
+            self.collisions.chunks_exact(divisions).zip(self.temperatures.chunks_exact(divisions).cycle());
+        for (transfer, (collisions, temperatures)) in transfers.iter_mut().zip(rows) {
+            *transfer = collisions.iter().zip(temperatures).map(|(sum, temperature)| sum * temperature).sum();
+        }
+        spheres.fill(0.0);
         for height in frame.heights() {
             if let Place::Inside(bin, _) = self.bins.locate(height) {
-                counts[bin] += 1.0;
+                spheres[bin] += temperature(height);
             }
         }
+        paths.copy_from_slice(&self.paths);
         self.averages.push(&self.sample)?;
-        self.sample.fill(0.0);
+        self.collisions.fill(0.0);
+        self.paths = [0.0; 2];
         Ok(())
     }
 
@@ -146,18 +205,18 @@ impl Observer for ChainPressureProfile {
 
 impl Recorder for ChainPressureProfile {
     fn record_collision(&mut self, collision: &Collision) {
-        let first = usize::from(collision.axis != 0) * self.bins.count();
+        let count = self.stretches.count();
+        let first = usize::from(collision.axis != 0) * count;
         let (low, high) = if collision.from_height < collision.to_height {
             (collision.from_height, collision.to_height)
         } else {
             (collision.to_height, collision.from_height)
         };
-        let sums = &mut self.sample[first..first + self.bins.count()];
-        self.bins.spread(low, high, |bin, part| sums[bin] += collision.separation * part);
+        let sums = &mut self.collisions[first..first + count];
+        self.stretches.spread(low, high, |stretch, part| sums[stretch] += collision.separation * part);
     }
 
     fn record_chain(&mut self, axis: usize, length: f64) {
-        let first_path = 3 * self.bins.count();
-        self.sample[first_path + usize::from(axis != 0)] += length;
+        self.paths[usize::from(axis != 0)] += length;
     }
 }

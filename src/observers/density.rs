@@ -87,8 +87,10 @@ impl DensityProfile {
         Ok(points.collect())
     }
 
-    /// What speaks against single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base up to where 1 % of
-    /// the spheres seen is left. Above that, and in a vacuum, bins are empty by right.
+    /// What speaks against single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base up
+    /// to where 1 % of the spheres seen is left. Above that, and in a vacuum, bins are empty by right.
+    /// [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than 10 independent
+    /// configurations, as a run is judged; [`Warning::ReplicasDisagree`] where merged replicas do.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         diagnostics::of_bins(&self.bins, &self.averages)

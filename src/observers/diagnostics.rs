@@ -2,12 +2,17 @@
 
 use super::bins::HeightBins;
 use crate::Warning;
-use crate::statistics::{BlockAverages, MINIMUM_BLOCKS};
+use crate::statistics::{BlockAverages, FEWEST_INDEPENDENT, MINIMUM_BLOCKS};
+use crate::warning::Disagreement;
 
 /// Bins above the lowest so many of all spheres are the thin top of the column, where some are empty by right.
 const COLUMN: f64 = 0.99;
 
-/// What is wrong with bins whose counts are the first components of `averages`.
+/// Parts of the column, each with a memory of its own.
+const PARTS: usize = 4;
+
+/// What is wrong with bins whose counts are the first components of `averages`; each further kind of
+/// component has one for every bin.
 ///
 /// Judged are the bins in which a center can be, from the base up to where 1 % of the spheres seen is left.
 pub(super) fn of_bins(bins: &HeightBins, averages: &BlockAverages) -> Vec<Warning> {
@@ -33,7 +38,7 @@ pub(super) fn of_bins(bins: &HeightBins, averages: &BlockAverages) -> Vec<Warnin
     let (empty, seen): (Vec<usize>, Vec<usize>) = column.partition(|&bin| counts[bin] == 0.0);
     // In a run of fewer blocks nothing has an error bar.
     let is_thin = |bin: &usize| blocks >= MINIMUM_BLOCKS && occupied[*bin] < MINIMUM_BLOCKS;
-    let thin: Vec<usize> = seen.into_iter().filter(is_thin).collect();
+    let (thin, known): (Vec<usize>, Vec<usize>) = seen.into_iter().partition(is_thin);
     let middle = |bin: usize| bins.centers().nth(bin).unwrap_or(f64::NAN);
     let mut warnings = Vec::new();
     if let [first, .., last] | [first @ last] = empty[..] {
@@ -45,11 +50,37 @@ pub(super) fn of_bins(bins: &HeightBins, averages: &BlockAverages) -> Vec<Warnin
         let blocks = thin.iter().map(|&bin| occupied[bin]).min().unwrap_or(0);
         warnings.push(Warning::ThinBins { bins: thin.len(), lowest_height, highest_height, blocks });
     }
+    let kinds = averages.components() / bins.count();
+    let parts = known.chunks(known.len().div_ceil(PARTS).max(1));
+    let memories = parts.flat_map(|part| {
+        (0..kinds)
+            .map(move |kind| (part, averages.independent(part.iter().map(|bin| kind * bins.count() + bin))))
+    });
+    let slowest = memories.min_by(|(_, one), (_, other)| one.total_cmp(other));
+    if let Some((&[lowest, ..], effective_sample_size)) = slowest
+        && effective_sample_size < FEWEST_INDEPENDENT
+    {
+        let highest = slowest.and_then(|(part, _)| part.last()).copied().unwrap_or(lowest);
+        let (lowest_height, highest_height) = (middle(lowest), middle(highest));
+        warnings.push(Warning::CorrelatedBins { lowest_height, highest_height, effective_sample_size });
+    }
+    let mut apart: Vec<usize> =
+        averages.contradictions().into_iter().map(|component| component % bins.count()).collect();
+    apart.retain(|bin| known.contains(bin));
+    apart.sort_unstable();
+    apart.dedup();
+    if let [first, .., last] | [first @ last] = apart[..] {
+        let (lowest_height, highest_height) = (middle(first), middle(last));
+        let disagreement = Disagreement::Bins { bins: apart.len(), lowest_height, highest_height };
+        warnings.push(Warning::ReplicasDisagree { disagreement });
+    }
     warnings
 }
 
 /// Bins so wide that the equation of state of their means is not that of any height in them; the worst.
-pub(super) fn too_wide(bins: &HeightBins, averages: &BlockAverages) -> Option<Warning> {
+///
+/// Over a bin in which ln n changes by Δ and ln T by Θ, the mean of nTZ is off by some (Δ² + 2 |ΔΘ|)/24 of itself.
+pub(super) fn too_wide(bins: &HeightBins, averages: &BlockAverages, temperatures: &[f64]) -> Option<Warning> {
     /// Narrower ones resolve the layers at a wall, where no local equation holds anyway.
     const LAYER: f64 = 1.0;
     /// A relative error that matters.
@@ -65,11 +96,13 @@ pub(super) fn too_wide(bins: &HeightBins, averages: &BlockAverages) -> Option<Wa
     let known = |count: f64| count * averages.observations() as f64 >= FEWEST;
     let worst = counts
         .windows(3)
+        .zip(temperatures.windows(3))
         .zip(bins.centers().skip(1))
-        .filter(|(counts, _)| counts.iter().all(|&count| known(count)))
-        .map(|(counts, height)| {
+        .filter(|((counts, _), _)| counts.iter().all(|&count| known(count)))
+        .map(|((counts, temperatures), height)| {
             let change = 0.5 * libm::log(counts[2] / counts[0]);
-            (height, change * change / 24.0)
+            let heating = 0.5 * libm::log(temperatures[2] / temperatures[0]);
+            (height, (change * change + 2.0 * (change * heating).abs()) / 24.0)
         })
         .max_by(|(_, one), (_, other)| one.total_cmp(other));
     worst.filter(|(_, bias)| *bias > LARGEST_BIAS).map(|(height, bias)| Warning::WideBins {

@@ -14,8 +14,9 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Slab, Warning};
 /// [`PressureProfile`](super::PressureProfile); the temperature is that of the scene at the middle of the bin.
 /// Comparing such means with a local equation of state P = n T Z(η) neglects curvature within a bin,
 /// of relative order (Δx d ln n/dx)²/24: 2·10⁻⁵ for bins of half a diameter and a density that falls by
-/// e in 20 diameters. It also holds only where the density varies slowly over a diameter: not in
-/// the layers at the base.
+/// e in 20 diameters; and that density and temperature change together, Δx² (d ln n/dx)(d ln T/dx)/12
+/// ([`warnings`](Self::warnings)). It also holds only where the density varies slowly over a diameter: not in
+/// the layers at the base, nor in a bin that reaches over the half diameter at a wall where no center can be.
 ///
 /// Where a bin was always empty, what is divided by its density is NaN; where only one block of frames
 /// saw a sphere in it, the error is.
@@ -177,13 +178,15 @@ impl EquationOfStateProfile {
         Ok(points.collect())
     }
 
-    /// What speaks against single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base up to where 1 % of
-    /// the spheres seen is left. Above that, and in a vacuum, bins are empty by right. [`Warning::WideBins`] where the
+    /// What speaks against single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base up
+    /// to where 1 % of the spheres seen is left. Above that, and in a vacuum, bins are empty by right.
+    /// [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than 10 independent
+    /// configurations, as a run is judged; [`Warning::ReplicasDisagree`] where merged replicas do. [`Warning::WideBins`] where the
     /// density changes too much within one.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let mut warnings = diagnostics::of_bins(&self.bins, &self.averages);
-        warnings.extend(diagnostics::too_wide(&self.bins, &self.averages));
+        warnings.extend(diagnostics::too_wide(&self.bins, &self.averages, &self.temperatures));
         warnings
     }
 

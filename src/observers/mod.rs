@@ -42,7 +42,7 @@ mod test_frame;
 pub use bins::{Bins, MAXIMUM_BINS};
 pub use bond_order::{BondOrder, Structure};
 pub use center_of_mass::CenterOfMass;
-pub use chain_pressure::{ChainPressurePoint, ChainPressureProfile};
+pub use chain_pressure::{BinPressures, ChainPressurePoint, ChainPressureProfile};
 pub use density::{DensityPoint, DensityProfile};
 pub use displacement::{DisplacementPoint, DisplacementProfile};
 pub use equation_of_state::{BinState, DeviationPoint, EquationOfStatePoint, EquationOfStateProfile};

@@ -69,7 +69,12 @@ impl Neighbors {
             let requirement = "it must be at most half the smaller width of the slab";
             return Err(Error::InvalidParameter { name: "search radius", value: radius, requirement });
         }
-        Ok(Self {
+        Ok(Self::unchecked(slab, radius))
+    }
+
+    /// A finder whose radius suits any slab.
+    pub(super) fn unchecked(slab: &Slab, radius: f64) -> Self {
+        Self {
             slab: *slab,
             radius,
             positions: Vec::new(),
@@ -78,7 +83,7 @@ impl Neighbors {
             cells: [1; 3],
             starts: Vec::new(),
             sorted: Vec::new(),
-        })
+        }
     }
 
     /// The search radius.
@@ -127,7 +132,8 @@ impl Neighbors {
         let extent = (heights().fold(self.lowest, f64::max) - self.lowest).max(0.0);
         let extents = [extent, self.slab.widths()[0], self.slab.widths()[1]];
         let most = 4 * self.positions.len() + 64;
-        let mut side = self.radius;
+        // More cells than that along one axis are too many already.
+        let mut side = extents.iter().fold(self.radius, |side, &extent| side.max(extent / most as f64));
         loop {
             // Not negative, and a product beyond the range of integers saturates.
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]

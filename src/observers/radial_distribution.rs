@@ -247,7 +247,8 @@ mod tests {
             // The next order is that of ρ², 0.2 % or so.
             let off = (value.mean - expected).abs();
             assert!(off < 4.0 * value.standard_error + 0.004, "{value} and not {expected} at {distance}");
-            assert!(value.standard_error < 0.01, "{value}");
+            // 0.009 from independent frames, and the scatter of 15 % that errors have, in fifty bins.
+            assert!(value.standard_error < 0.013, "{value}");
             from_ideal = from_ideal.max((value.mean - far) / value.standard_error);
         }
         // Without correlations the 6 % near contact could not be understood.

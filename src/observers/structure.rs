@@ -59,7 +59,7 @@ impl StructureProfile {
         let bins = bins.of(slab)?;
         let components = VALUES * bins.count();
         let averages = BlockAverages::new(components)?;
-        Ok(Self { bins, order: BondOrder::new(slab)?, sample: vec![0.0; components], averages })
+        Ok(Self { bins, order: BondOrder::new(slab), sample: vec![0.0; components], averages })
     }
 
     /// Frames observed.

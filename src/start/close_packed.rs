@@ -5,6 +5,7 @@ use crate::configuration::wrap;
 use crate::random::{index, symmetric};
 use crate::{AnyScene, Error, Generator, Slab};
 use nalgebra::Vector3;
+use std::collections::HashMap;
 
 /// A close-packed crystal that stands on the base, filled from below; the top layer has random
 /// vacancies. Far below the steady state: the other side from [`RandomInsertion`](super::RandomInsertion).
@@ -29,10 +30,20 @@ const GAP: f64 = 1e-3;
 const JITTER: f64 = 0.25 * GAP;
 
 /// Layers of a two-dimensional lattice, every other layer shifted over the hollows of the one below.
+///
+/// Nothing is kept of a site: each is worked out where it is used.
 #[derive(Debug, Clone)]
 pub(super) struct Lattice {
-    /// Sites of even layers, as y and z; odd layers are shifted.
-    sites: Vec<[f64; 2]>,
+    /// Rows of a layer, and sites in a row.
+    rows: usize,
+    in_row: usize,
+    /// Along a row and from row to row.
+    step: [f64; 2],
+    /// By how much of a step every other row is shifted.
+    row_shift: f64,
+    /// Whether rows lie along z.
+    swap: bool,
+    /// Of odd layers, along y and z.
     shift: [f64; 2],
     spacing: f64,
     layers: usize,
@@ -46,14 +57,13 @@ impl Lattice {
         let square = Self::of_rows(slab, widths, 1.0, 0.0, false);
         let triangular_y = Self::of_rows(slab, widths, 0.75f64.sqrt(), 0.5, false);
         let triangular_z = Self::of_rows(slab, [widths[1], widths[0]], 0.75f64.sqrt(), 0.5, true);
-        let candidates = [square, triangular_y, triangular_z];
-        let mut best = None::<Self>;
-        for candidate in candidates {
-            if best.as_ref().is_none_or(|best| candidate.capacity() > best.capacity()) {
-                best = Some(candidate);
+        let mut best = square;
+        for candidate in [triangular_y, triangular_z] {
+            if candidate.capacity() > best.capacity() {
+                best = candidate;
             }
         }
-        best.unwrap_or(Self { sites: Vec::new(), shift: [0.0; 2], spacing: 1.0, layers: 0 })
+        best
     }
 
     /// Rows of touching spheres along the first width, `row_distance` apart at least, every other row
@@ -70,12 +80,6 @@ impl Lattice {
         // Shifted rows come in pairs.
         let rows = if row_shift > 0.0 { rows / 2 * 2 } else { rows };
         let step = [widths[0] / in_row as f64, widths[1] / rows as f64];
-        let place = |row: usize, column: usize| {
-            let offset = if row % 2 == 1 { row_shift } else { 0.0 };
-            [(column as f64 + offset) * step[0], row as f64 * step[1]]
-        };
-        let sites: Vec<[f64; 2]> =
-            (0..rows).flat_map(|row| (0..in_row).map(move |column| place(row, column))).collect();
         // Over the middle of a square, or on the axis of a triangle where its corners are equally far.
         let shift = if row_shift > 0.0 {
             let [a, h] = step;
@@ -83,9 +87,13 @@ impl Lattice {
         } else {
             [0.5 * step[0], 0.5 * step[1]]
         };
-        let nearest = sites
-            .iter()
+        let mut lattice = Self { rows, in_row, step, row_shift, swap: false, shift, spacing: 1.0, layers: 1 };
+        // The shift leads into the first cell: what is nearest is in the first rows and columns, or comes round.
+        let near = |count: usize| [0, 1, 2, count - 1].into_iter().filter(move |&index| index < count);
+        let nearest = near(rows)
+            .flat_map(|row| near(in_row).map(move |column| row * in_row + column))
             .map(|site| {
+                let site = lattice.site(site);
                 let along = |axis: usize| {
                     let distance = (site[axis] - shift[axis]).abs();
                     distance.min(widths[axis] - distance)
@@ -94,20 +102,36 @@ impl Lattice {
             })
             .fold(f64::INFINITY, f64::min);
         // A layer must clear the one below, and the second one below, whose sites it repeats.
-        let spacing = (1.0 - nearest).max(0.25).sqrt() * (1.0 + GAP) + GAP;
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let layers = ((slab.highest_center() - slab.lowest_center()) / spacing) as usize + 1;
-        let flip = |[a, b]: [f64; 2]| if swap { [b, a] } else { [a, b] };
-        Self { sites: sites.into_iter().map(flip).collect(), shift: flip(shift), spacing, layers }
+        lattice.spacing = (1.0 - nearest).max(0.25).sqrt() * (1.0 + GAP) + GAP;
+        lattice.stretch(1.0, slab);
+        if swap {
+            lattice.swap = true;
+            lattice.shift.swap(0, 1);
+        }
+        lattice
     }
 
-    fn capacity(&self) -> usize {
-        self.sites.len() * self.layers
+    /// A site of an even layer, as y and z.
+    fn site(&self, index: usize) -> [f64; 2] {
+        let (row, column) = (index / self.in_row, index % self.in_row);
+        let offset = if row % 2 == 1 { self.row_shift } else { 0.0 };
+        let [a, b] = [(column as f64 + offset) * self.step[0], row as f64 * self.step[1]];
+        if self.swap { [b, a] } else { [a, b] }
+    }
+
+    /// Number of sites of a layer.
+    fn per_layer(&self) -> usize {
+        self.rows * self.in_row
+    }
+
+    /// Number of sites.
+    pub(super) fn capacity(&self) -> usize {
+        self.per_layer() * self.layers
     }
 
     /// Sites per volume far from the walls.
     pub(super) fn number_density(&self, slab: &Slab) -> f64 {
-        self.sites.len() as f64 / (slab.base_area() * self.spacing)
+        self.per_layer() as f64 / (slab.base_area() * self.spacing)
     }
 
     /// Moves the layers apart by `factor` ≥ 1.
@@ -139,7 +163,7 @@ impl Lattice {
         if particles > self.capacity() {
             return Err(Error::LatticeFull { sites: self.capacity(), particles });
         }
-        let per_layer = self.sites.len();
+        let per_layer = self.per_layer();
         let mut occupied = vec![0; self.layers];
         let mut waiting = 0;
         for (layer, count) in occupied.iter_mut().enumerate() {
@@ -152,18 +176,26 @@ impl Lattice {
             *count += added;
             waiting -= added;
         }
-        let mut order: Vec<usize> = (0..per_layer).collect();
+        // The sites of a layer in an order of which only what has been changed is kept.
+        let mut order: HashMap<usize, usize> = HashMap::new();
+        let mut chosen_sites = Vec::new();
         let mut positions = Vec::with_capacity(particles);
         for (layer, &count) in occupied.iter().enumerate() {
             // The first `count` of a Fisher-Yates shuffle.
+            chosen_sites.clear();
             for chosen in 0..count {
-                order.swap(chosen, chosen + index(generator, per_layer - chosen));
+                let other = chosen + index(generator, per_layer - chosen);
+                let [first, second] = [chosen, other].map(|place| *order.get(&place).unwrap_or(&place));
+                order.insert(chosen, second);
+                order.insert(other, if other == chosen { second } else { first });
+                chosen_sites.push(second);
             }
             let height = slab.lowest_center() + layer as f64 * self.spacing;
-            for &site in &order[..count] {
+            for &site in &chosen_sites {
+                let site = self.site(site);
                 let along = |axis: usize, jitter: f64| {
                     let shift = if layer % 2 == 1 { self.shift[axis] } else { 0.0 };
-                    wrap((self.sites[site][axis] + shift) % slab.widths()[axis] + jitter, slab.widths()[axis])
+                    wrap((site[axis] + shift) % slab.widths()[axis] + jitter, slab.widths()[axis])
                 };
                 let [x, y, z] = [0; 3].map(|_| JITTER * symmetric(generator));
                 // Within half the jitter of the lid or the base, upward or downward is all that is left.

@@ -25,7 +25,8 @@ use std::sync::Arc;
 
 /// A way to place the spheres of a scene.
 ///
-/// `&`, `Box` and `Arc` of a start are starts, so that it can be chosen at run time as `Box<dyn Start>`.
+/// `&`, `Box` and `Arc` of a start are starts, so that it can be chosen at run time as `Box<dyn
+/// Start>`.
 ///
 /// ```
 /// use gradient_mc::start::Start;

@@ -19,18 +19,23 @@ pub struct Theory;
 
 impl Start for Theory {
     /// # Errors
-    /// What [`Scene::hydrostatics`] returns, and [`Error::LatticeFull`] when the lattice that fits the slab
+    /// What [`Scene::hydrostatics`](crate::Scene::hydrostatics) returns, and
+    /// [`Error::LatticeFull`] when the lattice that fits the slab
     /// has too few sites.
     fn place(&self, scene: &AnyScene<'_>, generator: &mut Generator) -> Result<Vec<Vector3<f64>>, Error> {
         // Sites per sphere where the profile is densest: enough vacancies to move.
         const ROOM: f64 = 1.15;
+        let slab = scene.slab();
+        let mut lattice = Lattice::densest(slab);
+        // A slab that is too full has no profile either; this says why.
+        if scene.particles() > lattice.capacity() {
+            return Err(Error::LatticeFull { sites: lattice.capacity(), particles: scene.particles() });
+        }
         let equation_of_state = FluidSolid::default();
         let profile = scene.hydrostatics(&equation_of_state).or_else(|error| match error {
             Error::HydrostaticsNotConverged { .. } => scene.hydrostatics(&ModifiedKolafa),
             error => Err(error),
         })?;
-        let slab = scene.slab();
-        let mut lattice = Lattice::densest(slab);
         let (_, densest) = profile.density_maximum();
         lattice.stretch((lattice.number_density(slab) / (ROOM * densest)).clamp(1.0, 1.5), slab);
         let particles = scene.particles() as f64;

@@ -1,6 +1,6 @@
 //! How long a series remembers.
 
-use super::Estimate;
+use super::{Estimate, mean};
 use crate::Error;
 
 /// Integrated autocorrelation time of a series, and what follows from it.
@@ -26,6 +26,10 @@ pub struct Autocorrelation {
 /// sample mean another (2W + 1)/N; both make τ too small. A slow mode of small amplitude is lost
 /// altogether. The work is N·W; thin a very long series first.
 ///
+/// Of a series whose numbers fall to and fro about their mean the sum does so too, and its first lags say little: the
+/// window is then as wide as for the series with every other sign turned, up to 1000 lags or a tenth of the series, and
+/// half of the last lag is left out.
+///
 /// ```
 /// use gradient_mc::statistics::autocorrelation;
 /// // Every number comes ten times.
@@ -41,34 +45,50 @@ pub struct Autocorrelation {
 pub fn autocorrelation(series: &[f64]) -> Result<Autocorrelation, Error> {
     const WINDOW_IN_TIMES: f64 = 5.0;
     const LENGTH_IN_TIMES: f64 = 50.0;
+    const WHAT: &str = "numbers of a series for its correlation time, fifty of which it must hold,";
+    /// Most lags for a series that changes sign.
+    const MOST_STAGGERED: f64 = 1000.0;
+    /// Anticorrelation that matters: the time of the staggered series over that of the series.
+    const ANTICORRELATED: f64 = 2.0;
 
     let count = series.len();
     let length = count as f64;
     // Below the window of independent numbers there is nothing to sum.
     let shortest = 25;
     if count < shortest {
-        return Err(Error::TooFewObservations { available: count, needed: shortest });
+        return Err(Error::TooFewObservations { what: WHAT, available: count, needed: shortest });
     }
-    let mean = series.iter().sum::<f64>() / length;
+    let mean = mean(series);
     let centered: Vec<f64> = series.iter().map(|value| value - mean).collect();
     let variance = centered.iter().map(|value| value * value).sum::<f64>() / length;
     if !(variance.is_finite() && variance > 0.0) {
         let requirement = "a correlation time needs a series of finite numbers that changes";
         return Err(Error::InvalidParameter { name: "variance of the series", value: variance, requirement });
     }
-    let mut time = 0.5;
-    let mut window = 0;
+    let (mut time, mut window) = (0.5_f64, 0);
+    // Of the series with every other number of the opposite sign.
+    let mut staggered = 0.5_f64;
+    let mut last = 1.0;
+    let limit = MOST_STAGGERED.min(0.1 * length);
     // Summed over all lags τ would be exactly zero, so the window always closes.
-    while window + 1 < count && (window as f64) < WINDOW_IN_TIMES * time {
+    while window + 1 < count
+        && (window as f64) < WINDOW_IN_TIMES * time.max(staggered.min(limit / WINDOW_IN_TIMES))
+    {
         window += 1;
         let products: f64 = centered.iter().zip(&centered[window..]).map(|(early, late)| early * late).sum();
-        time += products / (length * variance);
+        last = products / (length * variance);
+        time += last;
+        staggered += if window % 2 == 1 { -last } else { last };
+    }
+    if staggered > ANTICORRELATED * time {
+        // The sum goes to and fro about its limit.
+        time -= 0.5 * last;
     }
     if length < LENGTH_IN_TIMES * time {
         // τ is far below 2^53 / 50.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let needed = (LENGTH_IN_TIMES * time).ceil() as usize;
-        return Err(Error::TooFewObservations { available: count, needed });
+        return Err(Error::TooFewObservations { what: WHAT, available: count, needed });
     }
     let standard_error = time.abs() * (2.0 * (2.0 * window as f64 + 1.0) / length).sqrt();
     let effective_sample_size = length / (2.0 * time).max(1.0);
@@ -85,7 +105,7 @@ mod tests {
     #[test]
     fn times_of_autoregressive_series_are_found() {
         const SERIES: u32 = 64;
-        for correlation in [0.0, 0.5, 0.9, 0.97] {
+        for correlation in [-0.9, -0.5, 0.0, 0.5, 0.9, 0.97] {
             let exact = 0.5 * (1.0 + correlation) / (1.0 - correlation);
             let length = 16_384;
             let results: Vec<Autocorrelation> = (0..SERIES)
@@ -106,10 +126,9 @@ mod tests {
             // error, for white noise 0.93; a scatter of 64 is known to 9 %, so four of those either side.
             let scatter = (results.iter().map(|r| (r.time.mean - mean).powi(2)).sum::<f64>() / 63.0).sqrt();
             let ratio = scatter / claimed;
-            assert!(
-                ratio > 0.74 * 0.64 && ratio < 1.36,
-                "{correlation}: scatter {scatter}, claimed {claimed}"
-            );
+            // The error of an anticorrelated series is of another kind, and smaller.
+            let least = if correlation < 0.0 { 0.0 } else { 0.74 * 0.64 };
+            assert!(ratio > least && ratio < 1.36, "{correlation}: scatter {scatter}, claimed {claimed}");
         }
     }
 
@@ -118,11 +137,20 @@ mod tests {
         let alternating = autocorrelation(&autoregressive(-0.9, 4096, 1)).unwrap();
         assert!(alternating.time.mean < 0.5);
         assert!((alternating.effective_sample_size - 4096.0).abs() < 1e-9);
+        for length in [100, 1000, 1001] {
+            let to_and_fro: Vec<f64> = (0..length).map(|i| f64::from(1 - 2 * (i % 2))).collect();
+            let result = autocorrelation(&to_and_fro).unwrap();
+            assert!(result.time.mean.abs() < 2.0 / f64::from(length), "{result:?}");
+            assert!((result.effective_sample_size - f64::from(length)).abs() < 1e-9);
+        }
 
         let slow: Vec<f64> = (0..1000).map(f64::from).collect();
         assert!(matches!(autocorrelation(&slow), Err(Error::TooFewObservations { available: 1000, .. })));
         assert!(matches!(autocorrelation(&[1.0; 10]), Err(Error::TooFewObservations { .. })));
-        assert!(matches!(autocorrelation(&[2.0; 100]), Err(Error::InvalidParameter { .. })));
+        for value in [2.0, 12.7, 0.1, -1e-300] {
+            let still = autocorrelation(&[value; 1000]);
+            assert!(matches!(still, Err(Error::InvalidParameter { value: 0.0, .. })), "{value}: {still:?}");
+        }
         let mut broken = autoregressive(0.0, 100, 1);
         broken[7] = f64::NAN;
         assert!(matches!(autocorrelation(&broken), Err(Error::InvalidParameter { .. })));

@@ -1,19 +1,19 @@
 //! Errors of series of correlated numbers.
 
-use super::{Estimate, MINIMUM_BLOCKS, larger};
+use super::memory::memory;
+use super::{BlockAverages, Estimate, MINIMUM_BLOCKS, larger, mean};
 use crate::Error;
 
-/// Quantile 0.99 of the χ² distribution, after Wilson and Hilferty (doi:10.1073/pnas.17.12.684):
-/// within 1 % at one degree of freedom and 0.25 % above.
-fn chi_squared_quantile(degrees: usize) -> f64 {
-    const NORMAL_QUANTILE: f64 = 2.326_347_874_040_841;
-    let spread = 2.0 / (9.0 * degrees as f64);
-    let root = 1.0 - spread + NORMAL_QUANTILE * spread.sqrt();
-    degrees as f64 * root * root * root
-}
+/// What too few numbers are too few for.
+const ERROR: &str = "numbers of a series for a standard error";
 
-fn mean(series: &[f64]) -> f64 {
-    series.iter().sum::<f64>() / series.len() as f64
+/// The quantile of the χ² distribution that a normal number has at so many standard deviations, after
+/// Wilson and Hilferty (doi:10.1073/pnas.17.12.684). For 0.99 it is right within 1 % at one degree of
+/// freedom and 0.25 % above.
+pub(super) fn chi_squared_quantile(degrees: usize, sigmas: f64) -> f64 {
+    let spread = 2.0 / (9.0 * degrees as f64);
+    let root = 1.0 - spread + sigmas * spread.sqrt();
+    degrees as f64 * root * root * root
 }
 
 /// Mean of a series of correlated numbers, with its error by automated blocking.
@@ -23,9 +23,10 @@ fn mean(series: &[f64]) -> f64 {
 /// neighbor correlations of all further levels (doi:10.1103/PhysRevE.98.043304). To the variance of
 /// the level where the test stops, the neighbor covariance left there is added if it is positive:
 /// without it the error comes out low by the correlation that the test could not yet see. If the
-/// test passes at no level with at least 16 blocks, the largest error of those levels is returned; it
-/// is then more likely too small than too large, and [`drift`] and [`autocorrelation`](super::autocorrelation())
-/// tell more.
+/// test passes at no level with at least 16 blocks, the largest error of those levels is taken.
+///
+/// In a series of fewer than 40 independent numbers that is too small. There the error is at least
+/// that of [`BlockAverages`], which is widened for what few numbers do not know.
 ///
 /// A series that never changes has error zero. A number that is not finite makes both results NaN.
 ///
@@ -40,6 +41,24 @@ fn mean(series: &[f64]) -> f64 {
 /// # Errors
 /// [`Error::TooFewObservations`] below 16 numbers.
 pub fn blocking(series: &[f64]) -> Result<Estimate, Error> {
+    /// From here on blocking sees the whole memory.
+    const ENOUGH: f64 = 40.0;
+    let plain = plateau(series)?;
+    let length = series.len().div_ceil(BlockAverages::MAXIMUM_BLOCKS);
+    let blocks: Vec<f64> = series.chunks_exact(length).map(mean).collect();
+    let memory = memory(&[&blocks]);
+    if memory.independent(blocks.len() as f64) >= ENOUGH {
+        return Ok(plain);
+    }
+    let widened = (memory.widened() * length as f64 / series.len() as f64).sqrt();
+    Ok(Estimate::new(plain.mean, larger(plain.standard_error, widened)))
+}
+
+/// The mean with the error by Jonsson's test, which is too small in a series of few independent
+/// numbers.
+fn plateau(series: &[f64]) -> Result<Estimate, Error> {
+    /// Of 0.99.
+    const NORMAL_QUANTILE: f64 = 2.326_347_874_040_841;
     /// One level of blocking.
     struct Level {
         blocks: usize,
@@ -53,7 +72,11 @@ pub fn blocking(series: &[f64]) -> Result<Estimate, Error> {
 
     let observations = series.len();
     if observations < MINIMUM_BLOCKS {
-        return Err(Error::TooFewObservations { available: observations, needed: MINIMUM_BLOCKS });
+        return Err(Error::TooFewObservations {
+            what: ERROR,
+            available: observations,
+            needed: MINIMUM_BLOCKS,
+        });
     }
     let mean = mean(series);
     let mut blocks: Vec<f64> = series.iter().map(|value| value - mean).collect();
@@ -88,7 +111,7 @@ pub fn blocking(series: &[f64]) -> Result<Estimate, Error> {
     let usable = levels.iter().take_while(|level| level.blocks >= MINIMUM_BLOCKS).count();
     let passed = (0..usable).find(|&first| {
         let statistic: f64 = levels[first..].iter().map(|level| level.correlation).sum();
-        statistic < chi_squared_quantile(levels.len() - first)
+        statistic < chi_squared_quantile(levels.len() - first, NORMAL_QUANTILE)
     });
     let squared = match passed {
         Some(level) => levels[level].corrected,
@@ -113,7 +136,7 @@ pub fn variance(series: &[f64]) -> Result<Estimate, Error> {
 }
 
 /// Mean of the second half of a series minus mean of the first, with the error by [`blocking`] each
-/// half.
+/// half, which is not widened: a drift is to be seen.
 ///
 /// A steady state gives zero within about two errors; so does a drift that is slower than the noise,
 /// and halves that are short against the relaxation of the system. Middle element of an odd length:
@@ -124,10 +147,14 @@ pub fn variance(series: &[f64]) -> Result<Estimate, Error> {
 pub fn drift(series: &[f64]) -> Result<Estimate, Error> {
     let needed = 2 * MINIMUM_BLOCKS;
     if series.len() < needed {
-        return Err(Error::TooFewObservations { available: series.len(), needed });
+        return Err(Error::TooFewObservations {
+            what: "numbers of a series for a drift",
+            available: series.len(),
+            needed,
+        });
     }
     let (first, second) = series.split_at(series.len() / 2);
-    let (first, second) = (blocking(first)?, blocking(second)?);
+    let (first, second) = (plateau(first)?, plateau(second)?);
     // Neighbors across the cut are correlated, which is of relative order τ/length.
     let squared = first.standard_error * first.standard_error + second.standard_error * second.standard_error;
     Ok(Estimate::new(second.mean - first.mean, squared.sqrt()))
@@ -146,7 +173,7 @@ mod tests {
             let exact = ChiSquared::new(f64::from(degrees)).unwrap().inverse_cdf(0.99);
             let tolerance = if degrees == 1 { 0.01 } else { 0.0025 };
             approx::assert_relative_eq!(
-                chi_squared_quantile(degrees as usize),
+                chi_squared_quantile(degrees as usize, 2.326_347_874_040_841),
                 exact,
                 max_relative = tolerance
             );
@@ -186,8 +213,9 @@ mod tests {
 
     #[test]
     fn constants_have_no_error_and_broken_numbers_propagate() {
-        let rounded = blocking(&[0.1; 1000]).unwrap();
-        assert!((rounded.mean - 0.1).abs() < 1e-13 && rounded.standard_error < 1e-15);
+        for value in [0.1, 12.7, -1e-300] {
+            assert_eq!(blocking(&[value; 1000]).unwrap(), Estimate::new(value, 0.0));
+        }
         assert_eq!(blocking(&[3.0; 100]).unwrap(), Estimate::new(3.0, 0.0));
         let mut series = autoregressive(0.5, 100, 1);
         series[50] = f64::NAN;
@@ -196,7 +224,7 @@ mod tests {
             assert!(estimate.mean.is_nan() && estimate.standard_error.is_nan());
         }
         let few = blocking(&[1.0; 15]);
-        assert!(matches!(few, Err(Error::TooFewObservations { available: 15, needed: 16 })));
+        assert!(matches!(few, Err(Error::TooFewObservations { available: 15, needed: 16, .. })));
         assert!(matches!(drift(&[1.0; 31]), Err(Error::TooFewObservations { needed: 32, .. })));
     }
 
@@ -205,7 +233,8 @@ mod tests {
         // A ramp never decorrelates: sixteen blocks have the largest error, whose square is
         // N²/12 (1 − 1/16²) 16/15 / 16.
         let ramp: Vec<f64> = (0..1024).map(f64::from).collect();
-        let estimate = blocking(&ramp).unwrap();
+        let estimate = plateau(&ramp).unwrap();
+        assert!(blocking(&ramp).unwrap().standard_error > 2.0 * estimate.standard_error);
         approx::assert_relative_eq!(
             estimate.standard_error / 1024.0,
             (255.0_f64 / 256.0 / 180.0).sqrt(),

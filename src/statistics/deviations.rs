@@ -24,7 +24,11 @@ use crate::Error;
 /// [`Error::TooFewObservations`] below two runs.
 pub fn scatter(runs: &[f64]) -> Result<f64, Error> {
     if runs.len() < 2 {
-        return Err(Error::TooFewObservations { available: runs.len(), needed: 2 });
+        return Err(Error::TooFewObservations {
+            what: "runs for a scatter",
+            available: runs.len(),
+            needed: 2,
+        });
     }
     let count = runs.len() as f64;
     let mean = runs.iter().sum::<f64>() / count;
@@ -74,6 +78,6 @@ mod tests {
     #[test]
     fn deviation_is_relative_to_theory() {
         approx::assert_relative_eq!(deviation(1.9, 2.0), 0.05, max_relative = 1e-12);
-        assert!(matches!(scatter(&[1.0]), Err(Error::TooFewObservations { available: 1, needed: 2 })));
+        assert!(matches!(scatter(&[1.0]), Err(Error::TooFewObservations { available: 1, needed: 2, .. })));
     }
 }

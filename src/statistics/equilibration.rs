@@ -1,6 +1,6 @@
 //! Where a series becomes steady.
 
-use super::{Estimate, autocorrelation};
+use super::{Estimate, autocorrelation, mean};
 use crate::Error;
 
 /// The steady part of a series.
@@ -59,7 +59,11 @@ pub fn equilibration(series: &[f64]) -> Result<Equilibration, Error> {
 
     let observations = series.len();
     if observations < SHORTEST {
-        return Err(Error::TooFewObservations { available: observations, needed: SHORTEST });
+        return Err(Error::TooFewObservations {
+            what: "numbers of a series for its steady state",
+            available: observations,
+            needed: SHORTEST,
+        });
     }
     for &value in series {
         Error::require_finite("number in the series", value)?;
@@ -67,7 +71,6 @@ pub fn equilibration(series: &[f64]) -> Result<Equilibration, Error> {
     let block = observations.div_ceil(MOST_BLOCKS);
     // Blocks end where the series does; what does not fill one is left out at the beginning.
     let offset = observations % block;
-    let mean = |numbers: &[f64]| numbers.iter().sum::<f64>() / block as f64;
     let blocks: Vec<f64> = series[offset..].chunks_exact(block).map(mean).collect();
     let (mut start, mut most) = (0, 0.0);
     let mut candidate = end_of_fall(&blocks);
@@ -103,7 +106,7 @@ fn end_of_fall(series: &[f64]) -> usize {
 
     let (first, second) = series.split_at(series.len() / 2);
     let length = second.len() as f64;
-    let mean = second.iter().sum::<f64>() / length;
+    let mean = mean(second);
     let variance = second.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / length;
     let foreign = |value: &f64| (value - mean) * (value - mean) > FARTHEST * FARTHEST * variance;
     // A second half that never changes is refused later, whatever is cut off.
@@ -117,7 +120,7 @@ fn inefficiency(series: &[f64]) -> f64 {
     const FEWEST_LAGS: usize = 3;
 
     let length = series.len() as f64;
-    let mean = series.iter().sum::<f64>() / length;
+    let mean = mean(series);
     let centered: Vec<f64> = series.iter().map(|value| value - mean).collect();
     let squares: f64 = centered.iter().map(|value| value * value).sum();
     if squares <= 0.0 {
@@ -234,7 +237,9 @@ mod tests {
             .collect();
         assert!(matches!(equilibration(&walk), Err(Error::NotEquilibrated { .. })));
         assert!(matches!(equilibration(&[1.0; 99]), Err(Error::TooFewObservations { needed: 100, .. })));
-        assert!(matches!(equilibration(&[1.0; 200]), Err(Error::InvalidParameter { .. })));
+        for value in [1.0, 12.7, 0.1, 2.0] {
+            assert!(matches!(equilibration(&[value; 1000]), Err(Error::InvalidParameter { .. })), "{value}");
+        }
         let mut broken = autoregressive(0.0, 200, 1);
         broken[150] = f64::NAN;
         assert!(matches!(equilibration(&broken), Err(Error::InvalidParameter { .. })));

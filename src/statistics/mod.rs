@@ -18,6 +18,7 @@ mod blocking;
 pub mod deviations;
 mod equilibration;
 mod estimate;
+mod memory;
 mod replicas;
 #[cfg(test)]
 pub(crate) mod test_series;
@@ -27,10 +28,17 @@ pub use block_averages::BlockAverages;
 pub use blocking::{blocking, drift, variance};
 pub use equilibration::{Equilibration, equilibration};
 pub use estimate::Estimate;
+pub(crate) use memory::{FEWEST_INDEPENDENT, memory, scattered};
 pub use replicas::mean_of_replicas;
 
 /// Fewest blocks from which an error is estimated: it is then itself uncertain by 1/√(2·15) = 18 %.
 pub(crate) const MINIMUM_BLOCKS: usize = 16;
+
+/// Mean of a series; of one that never changes, that number to the last bit, so that its variance is zero.
+pub(crate) fn mean(series: &[f64]) -> f64 {
+    let Some(&first) = series.first() else { return f64::NAN };
+    first + series.iter().map(|value| value - first).sum::<f64>() / series.len() as f64
+}
 
 /// The larger of two errors, NaN if either is (`f64::max` would hide it).
 fn larger(first: f64, second: f64) -> f64 {

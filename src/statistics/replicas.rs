@@ -20,7 +20,11 @@ use crate::Error;
 /// [`Error::TooFewObservations`] below two numbers.
 pub fn mean_of_replicas(values: &[f64]) -> Result<Estimate, Error> {
     if values.len() < 2 {
-        return Err(Error::TooFewObservations { available: values.len(), needed: 2 });
+        return Err(Error::TooFewObservations {
+            what: "replicas for a scatter",
+            available: values.len(),
+            needed: 2,
+        });
     }
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;

@@ -70,6 +70,7 @@ pub mod figure;
 pub mod groups;
 pub mod homogeneous;
 pub mod interrupt;
+pub mod least_squares;
 pub mod output;
 pub mod pareto;
 pub mod plain;

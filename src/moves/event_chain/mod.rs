@@ -88,8 +88,14 @@ impl Default for EventChains {
 }
 
 impl EventChains {
-    /// Path of all chains of a sweep, in diameters per sphere, on average over sweeps.
+    /// Path of all chains of a sweep, in diameters per sphere, on average over sweeps; less where
+    /// vertical chains would be stopped more than [`MOST_EVENTS`](Self::MOST_EVENTS) times on it.
     pub const PATH_PER_SPHERE: f64 = 0.25;
+    /// Collisions and field events of a sweep, per sphere, beyond which its chains have a shorter path: so a sweep takes
+    /// a bounded time in any field. It is found out while equilibrating.
+    pub const MOST_EVENTS: f64 = 100.0;
+    /// Smallest mean length of a chain, in diameters.
+    pub const MINIMUM_LENGTH: f64 = 1e-3;
     /// Largest mean length of a chain, in diameters.
     pub const MAXIMUM_LENGTH: f64 = 1e6;
 
@@ -98,12 +104,13 @@ impl EventChains {
     /// round, are on average at most as long as the slab is wide.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] unless positive and at most [`MAXIMUM_LENGTH`](Self::MAXIMUM_LENGTH).
+    /// [`Error::InvalidParameter`] below [`MINIMUM_LENGTH`](Self::MINIMUM_LENGTH), of which a sweep would take too many,
+    /// or above [`MAXIMUM_LENGTH`](Self::MAXIMUM_LENGTH).
     pub fn with_length(length: f64) -> Result<Self, Error> {
-        if length > 0.0 && length <= Self::MAXIMUM_LENGTH {
+        if (Self::MINIMUM_LENGTH..=Self::MAXIMUM_LENGTH).contains(&length) {
             Ok(Self { length: Some(length), ..Self::default() })
         } else {
-            let requirement = "it must be positive and at most 1e6 diameters";
+            let requirement = "it must be at least 1e-3 and at most 1e6 diameters";
             Err(Error::InvalidParameter { name: "mean length of event chains", value: length, requirement })
         }
     }
@@ -158,7 +165,7 @@ impl EventChains {
 #[derive(Debug, Clone)]
 pub(crate) struct Engine {
     chains: EventChains,
-    length: ChainLength,
+    length: Box<ChainLength>,
     bounds: ForceBounds,
     /// Path by which the chains so far exceed what the sweeps so far were to use, in diameters.
     advance: f64,
@@ -171,7 +178,7 @@ impl Engine {
     pub(super) fn new(chains: EventChains) -> Self {
         Self {
             chains,
-            length: ChainLength::new(chains.length),
+            length: Box::new(ChainLength::new(chains.length)),
             bounds: ForceBounds::default(),
             advance: 0.0,
             tiles: Box::new(Tiles::new(Sizes::GOOD)),
@@ -179,13 +186,21 @@ impl Engine {
         }
     }
 
-    /// Chains whose lengths add up to [`EventChains::PATH_PER_SPHERE`] for every sphere, on average over
+    /// Chains whose lengths add up to at most [`EventChains::PATH_PER_SPHERE`] for every sphere, on average over
     /// sweeps, and local moves.
     pub(super) fn sweep<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
         &mut self,
         sweep: &mut Sweep<'_, F, T, D>,
     ) -> Result<(), Error> {
         self.bounds.follow(sweep.drive, sweep.scene)?;
+        if !self.length.begun {
+            let forces = sweep
+                .configuration
+                .positions()
+                .iter()
+                .map(|&[height, ..]| sweep.drive.reduced_force(sweep.scene, height).abs());
+            self.length.begin(forces.sum::<f64>() / sweep.configuration.len() as f64);
+        }
         if sweep.phase == Phase::Equilibration {
             self.length.tune(sweep.scene.slab().height());
         }
@@ -194,8 +209,11 @@ impl Engine {
         let lateral_lengths = sweep.configuration.slab().widths().map(|width| vertical_length.min(width));
         if self.tiles.suit(sweep.configuration.slab(), particles) {
             let lengths = [vertical_length, lateral_lengths[0], lateral_lengths[1]];
-            let sums = self.tiles.sweep(sweep, &self.chains, &self.bounds, lengths)?;
+            let path = self.length.path_per_sphere;
+            let sums = self.tiles.sweep(sweep, &self.chains, &self.bounds, lengths, path)?;
             self.length.path += sums.path;
+            self.length.recent[0] += sums.path;
+            self.length.recent[1] += sums.events as f64;
             self.length.field_events += sums.field_events;
             return self.local.as_mut().map_or(Ok(()), |moves| moves.sweep(sweep));
         }
@@ -206,7 +224,7 @@ impl Engine {
         let vertical = share * lateral_length / (share * lateral_length + (1.0 - share) * vertical_length);
         // What one sweep uses too much, later ones use less. Lengths do not depend on the configuration,
         // so neither does where a sweep ends.
-        self.advance -= EventChains::PATH_PER_SPHERE * particles as f64;
+        self.advance -= self.length.path_per_sphere * particles as f64;
         while self.advance < 0.0 {
             let axis = if unit(sweep.generator) < vertical {
                 0
@@ -262,7 +280,11 @@ impl Engine {
             let new_height = (height + signed).clamp(slab.lowest_center(), slab.highest_center());
             sweep.displace(sphere, position, 0, signed, new_height);
             left -= distance;
+            self.length.recent[0] += distance;
+            self.length.recent[1] += 1.0;
             if !stall_guard.lasts(left)? {
+                // Given up.
+                self.length.path -= left;
                 return Ok(());
             }
             match stop {
@@ -285,6 +307,7 @@ impl Engine {
                     if unit(sweep.generator) * bound < uphill {
                         sweep.move_counts.events += 1;
                         self.length.field_events += 1;
+                        stall_guard.field_event();
                         let Sweep { scene, drive, configuration, generator, .. } = sweep;
                         let force_of = |other: usize| {
                             let height = configuration.position(other)[0];
@@ -342,21 +365,48 @@ fn field_event(
 ///
 /// A chain that is short against the path between two field events drags a few spheres to and fro; one
 /// that is long against it is as good as any longer one, since every field event starts afresh
-/// elsewhere (measured in `docs/event_chains.md`). So the length is a multiple of that path.
+/// elsewhere (measured in `docs/event_chains.md`). So the length is a multiple of that path. Where events come so fast that
+/// a sweep would not end soon, the path of all its chains is a multiple of that between two of them.
 #[derive(Debug, Clone, Copy)]
 struct ChainLength {
     fixed: Option<f64>,
     tuned: f64,
+    /// Of all chains of a sweep.
+    path_per_sphere: f64,
+    /// Whether the forces of the start have been seen.
+    begun: bool,
     /// Of vertical chains, while equilibrating.
     path: f64,
     field_events: u64,
+    /// Path and events of vertical chains in the last sweeps, older ones counting less.
+    recent: [f64; 2],
 }
 
 impl ChainLength {
     const FIELD_EVENTS_PER_CHAIN: f64 = 10.0;
+    /// A chain that has not been tuned is stopped no more often than so.
+    const MOST_PER_CHAIN: f64 = 1000.0;
+    /// What a sweep counts less than the next, since a start relaxes.
+    const MEMORY: f64 = 0.7;
 
     fn new(fixed: Option<f64>) -> Self {
-        Self { fixed, tuned: 100.0, path: 0.0, field_events: 0 }
+        let path_per_sphere = EventChains::PATH_PER_SPHERE;
+        Self {
+            fixed,
+            tuned: 100.0,
+            path_per_sphere,
+            begun: false,
+            path: 0.0,
+            field_events: 0,
+            recent: [0.0; 2],
+        }
+    }
+
+    /// Before the first chain, when all that is known is the mean magnitude of the force. Collisions come on top.
+    fn begin(&mut self, force: f64) {
+        self.begun = true;
+        self.tuned = self.tuned.min(Self::MOST_PER_CHAIN / force);
+        self.path_per_sphere = self.path_per_sphere.min(0.25 * EventChains::MOST_EVENTS / force);
     }
 
     fn mean(&self) -> f64 {
@@ -366,6 +416,12 @@ impl ChainLength {
     /// Sets the length from what the chains so far have met. It is at most the height of the slab: a chain
     /// that a wall turns round undoes what it has done until the field stops it.
     fn tune(&mut self, height: f64) {
+        let [path, events] = &mut self.recent;
+        if *events > 0.0 {
+            self.path_per_sphere =
+                EventChains::PATH_PER_SPHERE.min(EventChains::MOST_EVENTS * *path / *events);
+            (*path, *events) = (Self::MEMORY * *path, Self::MEMORY * *events);
+        }
         if self.field_events > 0 {
             let free_path = self.path / self.field_events as f64;
             self.tuned = (Self::FIELD_EVENTS_PER_CHAIN * free_path).min(height);

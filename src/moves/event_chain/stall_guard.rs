@@ -15,6 +15,8 @@ pub(super) struct StallGuard {
     length: f64,
     /// Straight pieces since the mark.
     pieces: u32,
+    /// Times that the field stopped the chain since the mark.
+    field_events: u32,
     /// Length that was left at the mark.
     mark: f64,
 }
@@ -29,13 +31,19 @@ impl StallGuard {
     pub(super) const PIECES_IN_EQUILIBRATION: u32 = 10_000;
 
     pub(super) fn new(length: f64, phase: Phase) -> Self {
-        Self { phase, most: Self::PIECES, length, pieces: 0, mark: length }
+        Self { phase, most: Self::PIECES, length, pieces: 0, field_events: 0, mark: length }
     }
 
     /// Of a chain of a tile. A sphere may sit between two frozen ones that leave it next to no room, and
     /// goes to and fro until the chain is over.
     pub(super) fn between_frozen(length: f64, phase: Phase) -> Self {
         Self { most: Self::PIECES_BETWEEN_FROZEN, ..Self::new(length, phase) }
+    }
+
+    /// Counts that the field has stopped the chain.
+    #[inline]
+    pub(super) fn field_event(&mut self) {
+        self.field_events += 1;
     }
 
     /// Whether the chain, which has `left` to go, may go on.
@@ -48,11 +56,12 @@ impl StallGuard {
     #[cold]
     fn look(&mut self, left: f64) -> Result<bool, Error> {
         if self.mark - left >= 1.0 {
-            (self.pieces, self.mark) = (0, left);
+            (self.pieces, self.field_events, self.mark) = (0, 0, left);
         } else if self.phase == Phase::Equilibration {
             return Ok(false);
         } else if self.pieces >= self.most {
-            return Err(Error::ChainStuck { length: self.length, path: self.length - left });
+            let (length, path) = (self.length, self.length - left);
+            return Err(Error::ChainStuck { length, path, field_events: self.field_events });
         }
         Ok(true)
     }

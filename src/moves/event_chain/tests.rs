@@ -32,8 +32,8 @@ fn exact_mean_height(height: f64, potential: impl Fn(f64) -> f64) -> f64 {
     moment / norm
 }
 
-/// Whether a rule gives the exact mean height, within 4 standard errors of 0.012 at most.
-fn check<F: Field>(rule: FieldEvent, height: f64, field: F, temperature: f64) -> Result<(), String> {
+/// Standard errors, of 0.012 at most (0.03 of a wrong rule), between the mean height that a rule gives and the exact one.
+fn deviation<F: Field>(rule: FieldEvent, height: f64, field: F, temperature: f64) -> f64 {
     let exact = exact_mean_height(height, |x| field.potential(x) / temperature);
     let slab = Slab::new(height, SIDE, SIDE).unwrap();
     let scene = Scene::new(slab, 2, field, Isothermal::new(temperature).unwrap()).unwrap();
@@ -44,29 +44,28 @@ fn check<F: Field>(rule: FieldEvent, height: f64, field: F, temperature: f64) ->
     simulation.run(600_000, &mut heights).unwrap();
     let estimate = heights.observer.estimate().unwrap();
     let deviation = estimate.deviation_from(exact);
-    if estimate.standard_error < 0.012 && deviation.abs() < 4.0 {
-        Ok(())
-    } else {
-        Err(format!("{rule:?}: {estimate} against {exact:.4}, {deviation:.1} sigma"))
-    }
+    println!("{rule:?}: {estimate} against {exact:.4}, {deviation:.1} sigma");
+    let right = matches!(rule, FieldEvent::Relocate | FieldEvent::Reverse);
+    assert!(estimate.standard_error < if right { 0.012 } else { 0.03 }, "{rule:?}: {estimate}");
+    deviation
 }
 
 #[test]
 fn two_spheres_tell_right_rules_from_wrong_ones() {
     // A force that grows e-fold in three diameters.
-    let exponential = |rule| check(rule, 12.0, ExponentialField::new(0.3).unwrap(), 4.0);
+    let exponential = |rule| deviation(rule, 12.0, ExponentialField::new(0.3).unwrap(), 4.0);
     // One that changes sign half way up.
-    let valley = |rule| check(rule, 9.0, LinearField::new(-2.0, 0.5).unwrap(), 2.0);
+    let valley = |rule| deviation(rule, 9.0, LinearField::new(-2.0, 0.5).unwrap(), 2.0);
+    let lopsided = |rule| deviation(rule, 9.0, LinearField::new(-1.0, 0.5).unwrap(), 2.0);
     for rule in [FieldEvent::Relocate, FieldEvent::Reverse] {
-        exponential(rule).unwrap();
-        valley(rule).unwrap();
+        assert!(exponential(rule).abs() < 4.0);
+        assert!(valley(rule).abs() < 4.0);
     }
-    exponential(FieldEvent::Unweighted).unwrap_err();
-    exponential(FieldEvent::Uphill).unwrap_err();
-    let lopsided = |rule| check(rule, 9.0, LinearField::new(-1.0, 0.5).unwrap(), 2.0);
-    lopsided(FieldEvent::Relocate).unwrap();
-    lopsided(FieldEvent::Unweighted).unwrap_err();
-    lopsided(FieldEvent::Uphill).unwrap_err();
+    assert!(lopsided(FieldEvent::Relocate).abs() < 4.0);
+    assert!(exponential(FieldEvent::Unweighted) > 4.0);
+    assert!(exponential(FieldEvent::Uphill) > 4.0);
+    assert!(lopsided(FieldEvent::Unweighted) > 4.0);
+    assert!(lopsided(FieldEvent::Uphill) > 4.0);
 }
 
 #[test]

@@ -41,6 +41,7 @@ impl Clone for Tiles {
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sums {
     pub(super) path: f64,
+    pub(super) events: u64,
     pub(super) field_events: u64,
 }
 
@@ -61,20 +62,21 @@ impl Tiles {
         Cut::new(0, slab, particles, &self.sizes).tiles() >= self.sizes.tiles
     }
 
-    /// The chains of a sweep, of mean `lengths` along the axes.
+    /// The chains of a sweep, of mean `lengths` along the axes, that make a path of `path` per sphere.
     pub(super) fn sweep<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
         &mut self,
         sweep: &mut Sweep<'_, F, T, D>,
         chains: &EventChains,
         bounds: &ForceBounds,
         lengths: [f64; 3],
+        path: f64,
     ) -> Result<Sums, Error> {
         let mut sums = Sums::default();
         let lateral = 0.5 * (1.0 - chains.vertical_fraction);
         for (axis, share) in [chains.vertical_fraction, lateral, lateral].into_iter().enumerate() {
             let slab = *sweep.configuration.slab();
             let cut = Cut::new(axis, &slab, sweep.configuration.len(), &self.sizes);
-            self.owed[axis] += EventChains::PATH_PER_SPHERE * share;
+            self.owed[axis] += path * share;
             if self.owed[axis] <= 0.0 {
                 continue;
             }
@@ -162,6 +164,7 @@ impl Tiles {
                 move_counts.chains += outcome.chains;
                 if cut.axis == 0 {
                     sums.path += outcome.path;
+                    sums.events += outcome.events;
                     sums.field_events += outcome.field_events;
                 }
                 if let Some(recorder) = recorder {

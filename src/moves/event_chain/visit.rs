@@ -323,6 +323,7 @@ impl Tile {
                     if unit(generator) * bound < uphill {
                         outcome.events += 1;
                         outcome.field_events += 1;
+                        stall_guard.field_event();
                         let force_of = |other: usize| {
                             (self.along[other], common.drive.reduced_force(common.scene, self.along[other]))
                         };

@@ -53,8 +53,8 @@ impl LocalMoves {
     /// S = `maximum_displacement` in diameters.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] unless positive and finite. S must not exceed half the smallest side of the slab, which
-    /// is checked when the simulation is built.
+    /// [`Error::InvalidParameter`] unless positive and finite. S must not exceed half the smallest
+    /// side of the slab, which is checked when the simulation is built.
     pub fn new(maximum_displacement: f64) -> Result<Self, Error> {
         Self::mixture(&[maximum_displacement])
     }

@@ -4,6 +4,7 @@ use super::{Axis, Corner, FONT, Figure, Mark, Panel, Series, clip, colors};
 use crate::Failure;
 use plotters::coord::Shift;
 use plotters::coord::types::RangedCoordf64;
+use plotters::element::DashedPathElement;
 use plotters::prelude::*;
 use plotters::style::FontTransform;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
@@ -238,10 +239,7 @@ impl Stroke {
         match dash {
             None => area.draw(&PathElement::new(pixels, style)).map_err(explain),
             Some((length, gap)) => {
-                for path in dashes(&pixels, f64::from(length), f64::from(gap)) {
-                    area.draw(&PathElement::new(path, style)).map_err(explain)?;
-                }
-                Ok(())
+                area.draw(&DashedPathElement::new(pixels, length, gap, style)).map_err(explain)
             }
         }
     }
@@ -261,38 +259,6 @@ impl Stroke {
             area.draw(&Circle::new(center, radius, color.filled())).map_err(explain)
         }
     }
-}
-
-/// Cuts a path into dashes of the given length along it.
-fn dashes(path: &[(i32, i32)], length: f64, gap: f64) -> Vec<Vec<(i32, i32)>> {
-    let mut dashes = Vec::new();
-    let mut dash = Vec::new();
-    let mut traveled = 0.0;
-    for pair in path.windows(2) {
-        let [start, end] = [pair[0], pair[1]].map(|(x, y)| (f64::from(x), f64::from(y)));
-        let distance = (end.0 - start.0).hypot(end.1 - start.1);
-        // Steps of about a pixel of the enlarged picture.
-        let steps = distance.ceil().max(1.0);
-        let mut step = 0.0;
-        while step < steps {
-            step += 1.0;
-            traveled += distance / steps;
-            let part = step / steps;
-            #[allow(clippy::cast_possible_truncation)]
-            let point = (
-                (start.0 + part * (end.0 - start.0)).round() as i32,
-                (start.1 + part * (end.1 - start.1)).round() as i32,
-            );
-            if traveled % (length + gap) < length {
-                dash.push(point);
-            } else if !dash.is_empty() {
-                dashes.push(std::mem::take(&mut dash));
-            }
-        }
-    }
-    dashes.push(dash);
-    dashes.retain(|dash| dash.len() > 1);
-    dashes
 }
 
 fn draw_legend<DB: DrawingBackend>(

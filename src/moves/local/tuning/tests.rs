@@ -1,7 +1,7 @@
 //! Balance where S differs from slab to slab, and what tuning is for.
 
 use super::super::Sizes;
-use super::super::tests::{Column, check_barometric, check_contact};
+use super::super::tests::{Column, barometric_deviations, check_contact};
 use super::*;
 use crate::field::UniformField;
 use crate::start::RandomInsertion;
@@ -43,7 +43,9 @@ fn one_sphere_in_slabs_of_different_sizes_follows_the_barometric_law() {
     let slabs = Cell::new(0);
     let (column, moments) =
         moments(one_sphere(), |column| slabs.set(column.engine.domains.slabs().max(slabs.get())));
-    check_barometric(&moments, TEMPERATURE, RANGE).unwrap();
+    for deviation in barometric_deviations(&moments, TEMPERATURE, RANGE, 0.05) {
+        assert!(deviation.abs() < 4.0, "{deviation} sigma");
+    }
     assert!(slabs.get() >= 5 && column.move_counts.acceptance() < 0.5);
     let tuning = column.engine.tuning.unwrap();
     let sizes = [tuning.short(1.0), tuning.short(5.0), tuning.long()].map(Option::unwrap);
@@ -61,7 +63,9 @@ fn sizes_by_the_height_of_the_sphere_are_noticed() {
         let height = column.configuration.positions()[0][0];
         column.engine.moves = LocalMoves::one(plan.short(height).unwrap());
     });
-    check_barometric(&moments, TEMPERATURE, RANGE).unwrap_err();
+    // It gathers where its sizes are small, at the base first.
+    let deviations = barometric_deviations(&moments, TEMPERATURE, RANGE, 0.1);
+    assert!(deviations.iter().all(|deviation| *deviation < -4.0), "{deviations:?} sigma");
 }
 
 #[test]
@@ -72,7 +76,9 @@ fn a_plan_that_follows_the_sphere_is_noticed() {
         let tuning = column.engine.tuning.as_mut().unwrap();
         tuning.plan.share_of_long = if height < 3.0 { 0.0 } else { 0.9 };
     });
-    check_barometric(&moments, TEMPERATURE, RANGE).unwrap_err();
+    // Jumps bring it down, and none takes it up again.
+    let deviations = barometric_deviations(&moments, TEMPERATURE, RANGE, 0.04);
+    assert!(deviations.iter().all(|deviation| *deviation < -4.0), "{deviations:?} sigma");
 }
 
 #[test]

@@ -1,12 +1,13 @@
 //! The measurements that calibrate: columns against theory, plans against columns, small bases against wide ones.
 
-use crate::reference::{Effort, Reference};
+use crate::reference::{Effort, Reference, mean};
 use gradient_mc::equation_of_state::{ModifiedKolafa, packing_fraction};
-use gradient_mc::model::{IdealColumn, MonteCarloPlan, MoveFamily, densities, total_variation_distance};
+use gradient_mc::model::{
+    Accuracy, MonteCarloPlan, MoveFamily, Quantity, densities, total_variation_distance,
+};
 use gradient_mc::{Error, HydrostaticProfile};
-use paper::calibration::data::{Base, ColumnRow, Plan, Seeds};
+use paper::calibration::data::{Base, ColumnRow, Data, Formula, LayerRow, Moves, Plan};
 use paper::calibration::scenes::{Column, Parameters};
-use paper::clock::cpu_seconds;
 use paper::{Failure, Session};
 
 /// Heights up to which a wall layers the fluid.
@@ -29,11 +30,8 @@ const MOST_SECONDS: f64 = 4.0;
 const SWEEPS: u64 = 2000;
 /// Seeds of one scene are apart from those of the next by this.
 const SEEDS: u64 = 10_000;
-/// A time is the median of this many.
-const TURNS: usize = 5;
-
-/// What one scene gives.
-type Measured = (ColumnRow, Vec<Plan>, Vec<Base>);
+/// Sweeps over which moves are counted, after as many.
+const COUNTED: u64 = 64;
 
 /// How long runs are: of a calibration that counts, or of one that is tried out.
 #[derive(Debug, Clone, Copy)]
@@ -53,59 +51,68 @@ impl Lengths {
     }
 }
 
-/// All of them; times are those of a thread.
-pub(crate) fn all(session: &Session) -> Result<Vec<Measured>, Failure> {
+/// All of them.
+pub(crate) fn all(session: &Session) -> Result<Data, Failure> {
     let scenes: Vec<(usize, Parameters)> = Parameters::calibration().into_iter().enumerate().collect();
     let lengths = Lengths::new(session);
-    session.run_each("calibration scenes", scenes, |(index, parameters)| {
+    let measured = session.run_each("calibration scenes", scenes, |(index, parameters)| {
         one(session.seed + SEEDS * index as u64, index, parameters, lengths)
-    })
+    })?;
+    let mut all = Data::default();
+    for measured in measured {
+        all.columns.extend(measured.columns);
+        all.layers.extend(measured.layers);
+        all.formulas.extend(measured.formulas);
+        all.plans.extend(measured.plans);
+        all.moves.extend(measured.moves);
+        all.bases.extend(measured.bases);
+    }
+    Ok(all)
 }
 
-fn one(first_seed: u64, index: usize, parameters: Parameters, lengths: Lengths) -> Result<Measured, Failure> {
+fn one(first_seed: u64, index: usize, parameters: Parameters, lengths: Lengths) -> Result<Data, Failure> {
     let (particles, side) = Parameters::WIDE;
     let scene = parameters.scene(particles, side)?;
     let Lengths { sweeps, most_seconds, .. } = lengths;
     let effort = Effort { sweeps, noise: NOISE, most_seconds, seed: first_seed };
     let truth = Reference::measure(&scene, effort)?;
     let theory = theory(&scene)?;
-    let row = column(parameters, &scene, &theory, &truth)?;
-    let plans = try_plans(index, &scene, &theory, &truth, (first_seed + SEEDS / 2, lengths.ladder))?;
-    let sides = if COLUMNS_OF_BASES.contains(&index) { &SIDES[..] } else { &[] };
-    let bases = sides
-        .iter()
-        .map(|&side| base(index, parameters, side, &truth, (first_seed + SEEDS / 4, lengths)))
-        .collect::<Result<_, _>>()?;
-    Ok((row, plans, bases))
+    let mut measured = Data::default();
+    compare(index, parameters, &scene, &theory, &truth, &mut measured)?;
+    try_plans(index, &scene, &theory, &truth, (first_seed + SEEDS / 2, lengths), &mut measured)?;
+    for &side in SIDES.iter().filter(|_| COLUMNS_OF_BASES.contains(&index)) {
+        measured.bases.push(base(index, parameters, side, &truth, (first_seed + SEEDS / 4, lengths))?);
+    }
+    Ok(measured)
 }
 
 fn theory(scene: &Column) -> Result<HydrostaticProfile, Error> {
     scene.hydrostatics(&ModifiedKolafa)
 }
 
-/// The median CPU time of some work.
-fn median_seconds<Output>(mut work: impl FnMut() -> Result<Output, Error>) -> Result<f64, Error> {
-    let mut times = Vec::with_capacity(TURNS);
-    for _ in 0..TURNS {
-        let started = cpu_seconds();
-        work()?;
-        times.push(cpu_seconds() - started);
-    }
-    times.sort_by(f64::total_cmp);
-    Ok(times[TURNS / 2])
+/// Anything that the library can be asked for.
+fn accuracies() -> Result<Vec<Accuracy>, Error> {
+    Quantity::ALL.iter().map(|&quantity| Accuracy::new(quantity, 0.5)).collect()
+}
+
+/// Profiles of ideal gas and theory, as the library has them.
+fn formulas(scene: &Column) -> Result<[Vec<f64>; 2], Error> {
+    let choice = scene.model_for(Accuracy::density(0.5)?)?;
+    let [ideal, theory, ..] = choice.candidates() else { unreachable!("there are three candidates") };
+    Ok([ideal.model.densities(scene, 0)?, theory.model.densities(scene, 0)?])
 }
 
 /// What ideal gas and theory make of a column.
-fn column(
+fn compare(
+    index: usize,
     parameters: Parameters,
     scene: &Column,
     profile: &HydrostaticProfile,
     truth: &Reference,
-) -> Result<ColumnRow, Failure> {
+    measured: &mut Data,
+) -> Result<(), Failure> {
     let column_density = scene.column_density();
-    let gas = IdealColumn::new(scene)?;
-    let ideal = densities(scene.slab(), |height| gas.column_below(height));
-    let model = densities(scene.slab(), |height| profile.column_below(height));
+    let [ideal, model] = formulas(scene)?;
     let differences: Vec<f64> =
         model.iter().zip(&truth.densities).map(|(model, truth)| model - truth).collect();
     let layered = LAYERED.min(differences.len());
@@ -117,8 +124,22 @@ fn column(
         .zip(near_errors)
         .map(|(difference, error)| (difference * difference - error * error).max(0.0).sqrt())
         .sum();
-    let plan = MonteCarloPlan::new(scene, scene.particles().min(1000), MoveFamily::TunedLocal, 2)?;
-    Ok(ColumnRow {
+    let column = index as f64;
+    measured.layers.extend(near.iter().zip(near_errors).enumerate().map(|(bin, (difference, error))| {
+        LayerRow { column, bin: bin as f64, difference: *difference, error: *error }
+    }));
+    for (quantity, accuracy) in accuracies()?.iter().enumerate() {
+        for (formula, profile) in [&ideal, &model].into_iter().enumerate() {
+            measured.formulas.push(Formula {
+                column,
+                quantity: quantity as f64,
+                formula: formula as f64,
+                error: accuracy.error(scene, profile, &truth.densities),
+                noise: truth.noise_of(accuracy, scene),
+            });
+        }
+    }
+    measured.columns.push(ColumnRow {
         temperature: parameters.temperature,
         field_rate: parameters.field_rate,
         decay_rate: parameters.decay_rate,
@@ -134,122 +155,82 @@ fn column(
         bulk: 0.5 * far.iter().map(|difference| difference.abs()).sum::<f64>() / column_density,
         bulk_noise: 0.5 * std::f64::consts::FRAC_2_PI.sqrt() * far_errors.iter().sum::<f64>()
             / column_density,
-        ideal_seconds: median_seconds(|| IdealColumn::new(scene))?,
-        theory_seconds: median_seconds(|| theory(scene))?,
-        start_seconds: median_seconds(|| plan.simulation(scene, 1).map(|_| ()))?,
-        reference_seconds: truth.cpu_seconds,
-    })
+    });
+    Ok(())
 }
 
-/// What a plan's error depends on, besides its moves and sweeps.
-fn plan_row(column: usize, scene: &Column, theory: &HydrostaticProfile, plan: &MonteCarloPlan) -> Plan {
-    let column_density = scene.column_density();
-    let spread = densities(scene.slab(), |height| theory.column_below(height))
-        .iter()
-        .map(|density| density / column_density)
-        .map(|part| (part * (1.0 - part)).max(0.0).sqrt())
-        .sum();
-    let family = MoveFamily::ALL.iter().position(|&family| family == plan.family()).unwrap_or(0);
-    Plan {
-        column: column as f64,
-        family: family as f64,
-        particles: plan.particles() as f64,
-        sweeps: plan.sweeps() as f64,
-        error: 0.0,
-        noise: 0.0,
-        spread,
-        densest: packing_fraction(theory.density_maximum().1),
-        extent: theory.center_of_mass() - theory.base(),
-        seconds: 0.0,
-    }
+/// Root mean square of the errors of profiles, and the standard deviation of single ones in units of it.
+fn scatter(accuracy: &Accuracy, scene: &Column, profiles: &[Vec<f64>], truth: &[f64]) -> [f64; 2] {
+    let errors: Vec<f64> = profiles.iter().map(|profile| accuracy.error(scene, profile, truth)).collect();
+    let count = errors.len() as f64;
+    let average = errors.iter().sum::<f64>() / count;
+    let square = errors.iter().map(|error| error * error).sum::<f64>() / count;
+    let variance =
+        errors.iter().map(|error| (error - average) * (error - average)).sum::<f64>() / (count - 1.0);
+    [square.sqrt(), (variance / square).sqrt()]
 }
 
-/// Spheres over the base of the plans that are tried.
-fn particles_of_plans(scene: &Column) -> usize {
-    paper::study::count((scene.column_density() * SIDE * SIDE).ceil()).max(FEWEST)
-}
-
-/// Root mean square of total variation distances.
-fn root_mean_square(profiles: &[Vec<f64>], truth: &[f64]) -> f64 {
-    let squares: f64 = profiles
-        .iter()
-        .map(|profile| total_variation_distance(profile, truth))
-        .map(|error| error * error)
-        .sum();
-    (squares / profiles.len() as f64).sqrt()
-}
-
-/// Plans of either family against what is true.
+/// Plans of either family: short ones against what is true, and long ones, which have forgotten the theory start, against the mean of all of them,
+/// so that what is true does not have to be known better than they know it.
 fn try_plans(
-    column: usize,
+    index: usize,
     scene: &Column,
     theory: &HydrostaticProfile,
     truth: &Reference,
-    (first_seed, ladder): (u64, [u64; 3]),
-) -> Result<Vec<Plan>, Failure> {
-    let mut rows = Vec::new();
-    for family in MoveFamily::ALL {
-        for sweeps in ladder {
-            let plan = MonteCarloPlan::new(scene, particles_of_plans(scene), family, sweeps)?;
-            let started = cpu_seconds();
+    (first_seed, lengths): (u64, Lengths),
+    measured: &mut Data,
+) -> Result<(), Failure> {
+    let particles = paper::study::count((scene.column_density() * SIDE * SIDE).ceil()).max(FEWEST);
+    let expected = densities(scene.slab(), |height| theory.column_below(height));
+    let densest = packing_fraction(theory.density_maximum().1);
+    let Lengths { ladder, long_ladder, .. } = lengths;
+    let is_long = |sweeps: &u64| long_ladder.contains(sweeps);
+    for (family, moves) in MoveFamily::ALL.into_iter().enumerate() {
+        let (column, family) = (index as f64, family as f64);
+        for sweeps in ladder.into_iter().chain(long_ladder) {
+            if is_long(&sweeps) && particles > MOST_SPHERES {
+                continue;
+            }
+            let plan = MonteCarloPlan::new(scene, particles, moves, sweeps)?;
             let profiles = (0..REPLICAS)
                 .map(|replica| plan.densities(scene, first_seed + replica))
                 .collect::<Result<Vec<_>, _>>()?;
-            rows.push(Plan {
-                error: root_mean_square(&profiles, &truth.densities),
-                noise: truth.noise(),
-                seconds: (cpu_seconds() - started) / REPLICAS as f64,
-                ..plan_row(column, scene, theory, &plan)
-            });
-        }
-    }
-    Ok(rows)
-}
-
-/// Plans so long that the theory start is forgotten, against the mean of all of them: what is true does not have to be known better than they know it.
-pub(crate) fn long_plans(session: &Session) -> Result<Vec<Vec<(Plan, Seeds)>>, Failure> {
-    let scenes: Vec<(usize, Parameters)> = Parameters::calibration().into_iter().enumerate().collect();
-    let ladder = Lengths::new(session).long_ladder;
-    session.run_each("long plans", scenes, |(index, parameters)| {
-        let first_seed = session.seed + SEEDS * index as u64 + 3 * SEEDS / 4;
-        let (particles, side) = Parameters::WIDE;
-        let scene = parameters.scene(particles, side)?;
-        let theory = theory(&scene)?;
-        let particles = particles_of_plans(&scene);
-        let mut rows = Vec::new();
-        for family in MoveFamily::ALL.into_iter().filter(|_| particles <= MOST_SPHERES) {
-            for sweeps in ladder {
-                let plan = MonteCarloPlan::new(&scene, particles, family, sweeps)?;
-                let started = cpu_seconds();
-                let profiles = (0..REPLICAS)
-                    .map(|replica| plan.densities(&scene, first_seed + replica))
-                    .collect::<Result<Vec<_>, _>>()?;
-                let mean: Vec<f64> = (0..profiles[0].len())
-                    .map(|bin| profiles.iter().map(|profile| profile[bin]).sum::<f64>() / REPLICAS as f64)
-                    .collect();
-                // The mean takes its part of every deviation.
-                let part = (REPLICAS as f64 / (REPLICAS as f64 - 1.0)).sqrt();
-                let row = Plan {
-                    error: part * root_mean_square(&profiles, &mean),
-                    seconds: (cpu_seconds() - started) / REPLICAS as f64,
-                    ..plan_row(index, &scene, &theory, &plan)
+            let count = REPLICAS as f64;
+            for (quantity, accuracy) in accuracies()?.iter().enumerate() {
+                let ([error, scatter], noise) = if is_long(&sweeps) {
+                    let [error, scatter] = scatter(accuracy, scene, &profiles, &mean(&profiles));
+                    // The mean takes its part of every deviation.
+                    ([error * (count / (count - 1.0)).sqrt(), scatter], 0.0)
+                } else {
+                    let [error, _] = scatter(accuracy, scene, &profiles, &truth.densities);
+                    ([error, 0.0], truth.noise_of(accuracy, scene))
                 };
-                rows.push((row, scatter_of_seeds(&row, part, &profiles, &mean)));
+                measured.plans.push(Plan {
+                    column,
+                    family,
+                    quantity: quantity as f64,
+                    particles: particles as f64,
+                    sweeps: sweeps as f64,
+                    error,
+                    noise,
+                    spread: accuracy.noise(scene, &expected, 1.0),
+                    densest,
+                    extent: theory.center_of_mass() - theory.base(),
+                    scatter,
+                });
             }
         }
-        Ok(rows)
-    })
-}
-
-/// How far single runs of a plan are apart.
-fn scatter_of_seeds(row: &Plan, part: f64, profiles: &[Vec<f64>], mean: &[f64]) -> Seeds {
-    let errors: Vec<f64> =
-        profiles.iter().map(|profile| part * total_variation_distance(profile, mean)).collect();
-    let count = errors.len() as f64;
-    let average = errors.iter().sum::<f64>() / count;
-    let squares: f64 = errors.iter().map(|error| (error - average) * (error - average)).sum();
-    let scatter = (squares / (count - 1.0)).sqrt() / row.error;
-    Seeds { column: row.column, family: row.family, sweeps: row.sweeps, error: row.error, scatter }
+        let mut simulation =
+            MonteCarloPlan::new(scene, particles, moves, COUNTED)?.simulation(scene, first_seed)?;
+        simulation.equilibrate(COUNTED, &mut ())?;
+        let before = *simulation.move_counts();
+        simulation.run(COUNTED, &mut ())?;
+        let counts = simulation.move_counts().since(&before);
+        let moves =
+            (counts.trials + counts.events + counts.chains) as f64 / (COUNTED * particles as u64) as f64;
+        measured.moves.push(Moves { column, family, densest, moves });
+    }
+    Ok(())
 }
 
 /// A base of the given side against the wide one.
@@ -267,10 +248,7 @@ fn base(
     let Lengths { sweeps, most_seconds, .. } = lengths;
     let effort = Effort { sweeps: sweeps * ratio, noise: NOISE, most_seconds, seed: first_seed };
     let small = Reference::measure(&scene, effort)?;
-    let gas = IdealColumn::new(&scene)?;
-    let ideal = densities(scene.slab(), |height| gas.column_below(height));
-    let profile = theory(&scene)?;
-    let model = densities(scene.slab(), |height| profile.column_below(height));
+    let [ideal, model] = formulas(&scene)?;
     Ok(Base {
         column: column as f64,
         side: scene.slab().widths()[0],

@@ -79,7 +79,7 @@ fn one(
     let effort = Effort { sweeps, noise, most_seconds, seed: first_seed };
     let reference = Reference::measure(&column, effort)?;
     row[7] = reference.particles as f64;
-    row[8] = reference.replicas as f64;
+    row[8] = reference.replicas.len() as f64;
     row[9] = reference.sweeps as f64;
     row[11] = reference.noise();
     row[12] = reference.cpu_seconds;
@@ -88,7 +88,7 @@ fn one(
     eprintln!(
         "scene {index}: tolerance {tolerance}, noise {:.5}, {} replicas, {:.1} CPU s",
         reference.noise(),
-        reference.replicas,
+        reference.replicas.len(),
         reference.cpu_seconds
     );
     Ok((row, profile))

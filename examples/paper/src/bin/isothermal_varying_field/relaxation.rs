@@ -38,8 +38,9 @@ pub(crate) fn draw(results: &Results, report: &mut Report) -> Result<(), Failure
     }
     let figure = Figure::new("Figure 7: the column comes to rest   (T = 20, a = exp(αx), N/A = 40)");
     let figure = figure.panel(falling).panel(inset(results)?).panel(both);
-    report.picture("figure_07", &figure, "Figure 7: the center of mass falls from the uniform start, by the paper's moves and by ours; inset: where it comes to rest, \
-         against α, with hydrostatics between walls")?;
+    let caption = "Figure 7: the center of mass falls from the uniform start, by the paper's moves and by ours; inset: where \
+                   it comes to rest, against α, with hydrostatics between walls";
+    report.picture("figure_07", &figure, caption)?;
     write(results, report)
 }
 

@@ -1,6 +1,7 @@
 //! The bias that a field from instantaneous counts must have, from theory alone.
 
 use super::run::Column;
+use gradient_mc::drive::over_weight;
 use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa, packing_fraction};
 use gradient_mc::field::UniformField;
 use gradient_mc::temperature::ExponentialTemperature;
@@ -43,23 +44,6 @@ impl Prediction {
         // The forces hold up less than weighs, and the density gives way until they do: P/(nTZ) = 1/(1 − lost).
         1.0 / (1.0 - lost / load(height)) - 1.0
     }
-}
-
-/// The mean of λ/k over Poisson counts k of mean λ, where an empty bin counts as an ideal gas, 1/Z.
-fn over_weight(mean: f64, compressibility_factor: f64) -> f64 {
-    if mean > 200.0 {
-        // The series 1 + 1/λ + 2/λ² + 6/λ³; the rest is below 1e-8.
-        return 1.0 + (1.0 + (2.0 + 6.0 / mean) / mean) / mean;
-    }
-    let mut probability = libm::exp(-mean);
-    let mut sum = probability / compressibility_factor;
-    let mut count = 0.0;
-    while count < mean + 12.0 * mean.sqrt() + 20.0 {
-        count += 1.0;
-        probability *= mean / count;
-        sum += probability * mean / count;
-    }
-    sum
 }
 
 /// The part of the field's work that a move does outside the bin in which it starts, for displacements uniform in

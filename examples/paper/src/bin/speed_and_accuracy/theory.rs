@@ -9,7 +9,7 @@ use gradient_mc::equation_of_state::{
     CarnahanStarling, EquationOfState, FluidSolid, IdealGas, ModifiedKolafa, PercusYevickCompressibility,
     PercusYevickVirial, SpeedySolid, VirialSeries,
 };
-use gradient_mc::model::Model;
+use gradient_mc::model::{Accuracy, Model};
 use gradient_mc::{Error, HydrostaticProfile, Hydrostatics, Scene, Slab};
 use paper::Failure;
 use paper::accuracy::BIN_HEIGHT;
@@ -78,7 +78,7 @@ impl Claims {
     fn new(system: System, slab: Slab) -> Result<Self, Failure> {
         let scene = Scene::new(slab, particles(slab.widths()[0]), system.field()?, system.temperature()?)?;
         // What it expects does not depend on the tolerance.
-        let choice = scene.model_for(0.01)?;
+        let choice = scene.model_for(Accuracy::density(0.01)?)?;
         let (mut ideal_gas, mut hydrostatics) = (None, None);
         for candidate in choice.candidates() {
             // P is said to be no further off in a uniform field; of the rest nothing is said.

@@ -7,6 +7,7 @@ use gradient_mc::drive::Scheme;
 use gradient_mc::equation_of_state::{FluidSolid, ModifiedKolafa};
 use gradient_mc::observers::{Bins, CenterOfMass, DensityProfile, EquationOfStateProfile};
 use gradient_mc::{Error, Every, Field, HydrostaticProfile, Scene, Simulation, Slab, TemperatureProfile};
+use paper::least_squares::least_squares;
 
 /// How long a run is.
 #[derive(Debug, Clone, Copy)]
@@ -114,29 +115,14 @@ impl Run {
 
 /// Value at the lower edge of the first bin of the least-squares parabola through the logarithms.
 fn extrapolate(densities: &[f64], width: f64) -> f64 {
-    let mut normal = [[0.0; 4]; 3];
-    for (bin, density) in densities.iter().enumerate() {
-        let x = (bin as f64 + 0.5) * width;
-        let row = [1.0, x, x * x];
-        for (equation, factor) in normal.iter_mut().zip(row) {
-            for (entry, value) in equation.iter_mut().zip(row.into_iter().chain([libm::log(*density)])) {
-                *entry += factor * value;
-            }
-        }
-    }
-    // Gauss-Jordan elimination; the matrix is positive definite.
-    for pivot in 0..3 {
-        let row = normal[pivot].map(|entry| entry / normal[pivot][pivot]);
-        for (index, equation) in normal.iter_mut().enumerate() {
-            if index == pivot {
-                *equation = row;
-            } else {
-                let factor = equation[pivot];
-                for (entry, value) in equation.iter_mut().zip(row) {
-                    *entry -= factor * value;
-                }
-            }
-        }
-    }
-    libm::exp(normal[0][3])
+    let rows: Vec<([f64; 3], f64, f64)> = densities
+        .iter()
+        .enumerate()
+        .map(|(bin, density)| {
+            let x = (bin as f64 + 0.5) * width;
+            ([1.0, x, x * x], libm::log(*density), 1.0)
+        })
+        .collect();
+    let [logarithm, ..] = least_squares(&rows);
+    libm::exp(logarithm)
 }

@@ -1,15 +1,13 @@
 //! Event chains: exact results, agreement with local moves, determinism, and scenes made to break them.
 
 // Positions are compared to the last bit.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, clippy::float_cmp)]
+#![allow(clippy::float_cmp)]
 
-mod common;
-
-use common::exact::{
+use crate::common::exact::{
     TWO_SPHERES_MEAN, TWO_SPHERES_VARIANCE, agrees, center_of_mass, contact_density, ideal_gas_mean,
     mean_height,
 };
-use common::scenes::FieldCase;
+use crate::common::scenes::FieldCase;
 use gradient_mc::drive::{Automatic, Drive, EquationOfStateClosure, Scheme, SelfConsistent};
 use gradient_mc::equation_of_state::IdealGas;
 use gradient_mc::field::{ExponentialField, LinearField, SumField, UniformField};
@@ -22,7 +20,6 @@ use gradient_mc::{
     Error, Every, Field, Frame, Observer, ObserverError, Scene, Simulation, SimulationBuilder, Slab,
     TemperatureProfile, Vector3,
 };
-use std::time::{Duration, Instant};
 
 const RULES: [FieldEvent; 2] = [FieldEvent::Relocate, FieldEvent::Reverse];
 
@@ -348,7 +345,6 @@ fn jammed() -> Simulation<UniformField, Isothermal> {
 
 #[test]
 fn a_jammed_crystal_is_an_error_not_a_hang() {
-    let started = Instant::now();
     for rule in RULES {
         for length in [1.0, 1e6] {
             let positions = jammed().positions();
@@ -359,6 +355,8 @@ fn a_jammed_crystal_is_an_error_not_a_hang() {
             let Error::ChainStuck { length, path, .. } = error else { panic!("{error:?}") };
             assert!(path < 1e-6 && length > 0.0);
             assert!(error.to_string().contains("loosen the packing"));
+            // One chain, given up after a hundred thousand pieces.
+            assert!(simulation.move_counts().events <= 100_000, "{:?}", simulation.move_counts());
             // Nothing is broken, and equilibration goes on as well as it can.
             simulation.equilibrate(5, &mut ()).unwrap();
             for (now, then) in simulation.positions().iter().zip(&positions) {
@@ -366,7 +364,6 @@ fn a_jammed_crystal_is_an_error_not_a_hang() {
             }
         }
     }
-    assert!(started.elapsed() < Duration::from_secs(10), "{:?}", started.elapsed());
 }
 
 #[test]
@@ -377,21 +374,30 @@ fn numbers_that_make_no_sense() {
         assert_eq!(carried.to_bits(), value.to_bits());
         assert!(error.to_string().contains("event chains"), "{error}");
     };
-    for length in [0.0, -0.0, -1.0, f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e7, 1e6_f64.next_up()] {
+    for length in [
+        0.0,
+        -0.0,
+        -1.0,
+        f64::NAN,
+        f64::INFINITY,
+        f64::NEG_INFINITY,
+        1e7,
+        1e6_f64.next_up(),
+        5e-324,
+        1e-3_f64.next_down(),
+    ] {
         refused(EventChains::with_length(length), length);
     }
     for fraction in [0.0, -0.0, 1.0, -0.5, 1.5, f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
         refused(EventChains::default().vertical_fraction(fraction), fraction);
     }
     // The extremes that are allowed do run.
-    for length in [5e-324, 1e-9, EventChains::MAXIMUM_LENGTH] {
+    for length in [EventChains::MINIMUM_LENGTH, 1.0, EventChains::MAXIMUM_LENGTH] {
         let moves = chains(length, FieldEvent::Relocate).vertical_fraction(f64::MIN_POSITIVE).unwrap();
         assert_eq!(moves.length(), Some(length));
         let moves = moves.vertical_fraction(1.0_f64.next_down()).unwrap();
-        if length > 1e-3 {
-            let mut simulation = Simulation::builder(small_scene()).moves(moves).build().unwrap();
-            simulation.run(3, &mut ()).unwrap();
-        }
+        let mut simulation = Simulation::builder(small_scene()).moves(moves).build().unwrap();
+        simulation.run(3, &mut ()).unwrap();
     }
 }
 
@@ -464,14 +470,25 @@ fn a_spike_between_probes_is_an_error() {
 
 #[test]
 fn an_immense_force_is_an_error_not_a_hang() {
-    let started = Instant::now();
     for force in [1e9, 1e250, 1e302] {
-        match run_in(12.0, UniformField::new(force).unwrap(), 1000) {
+        let scene = Scene::new(
+            Slab::new(12.0, 3.0, 4.0).unwrap(),
+            1,
+            UniformField::new(force).unwrap(),
+            Isothermal::new(1.0).unwrap(),
+        );
+        let start = Positions(vec![Vector3::new(0.75, 1.0, 1.0)]);
+        let moves = chains(5.0, FieldEvent::Relocate);
+        let builder = Simulation::builder(scene.unwrap()).start(start).moves(moves).seed(17);
+        let mut simulation = builder.build().unwrap();
+        match simulation.run(1000, &mut ()) {
             Err(Error::ChainStuck { .. } | Error::InvalidForce { .. }) => {}
             outcome => panic!("{force}: {outcome:?}"),
         }
+        // Given up after a hundred thousand pieces of a chain.
+        let events = simulation.move_counts().events;
+        assert!(events <= 200_000, "{force}: {events} events");
     }
-    assert!(started.elapsed() < Duration::from_secs(10), "{:?}", started.elapsed());
 }
 
 #[test]

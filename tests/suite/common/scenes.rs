@@ -7,6 +7,7 @@ use gradient_mc::temperature::{
 };
 use gradient_mc::{Field, Slab, TemperatureProfile};
 use proptest::prelude::*;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 /// P = nT.
 #[derive(Debug, Clone, Copy, Default)]
@@ -25,6 +26,31 @@ pub struct ScaledParticle;
 impl EquationOfState for ScaledParticle {
     fn compressibility_factor(&self, packing_fraction: f64) -> f64 {
         (1.0 + packing_fraction + packing_fraction * packing_fraction) / (1.0 - packing_fraction).powi(3)
+    }
+}
+
+/// A field that counts how often its acceleration is asked for.
+#[derive(Debug)]
+pub struct Counted<F>(F, AtomicU64);
+
+impl<F> Counted<F> {
+    pub fn new(field: F) -> Self {
+        Self(field, AtomicU64::new(0))
+    }
+
+    /// Evaluations since the last call.
+    pub fn take(&self) -> u64 {
+        self.1.swap(0, Ordering::Relaxed)
+    }
+}
+
+impl<F: Field> Field for Counted<F> {
+    fn potential(&self, height: f64) -> f64 {
+        self.0.potential(height)
+    }
+    fn acceleration(&self, height: f64) -> f64 {
+        self.1.fetch_add(1, Ordering::Relaxed);
+        self.0.acceleration(height)
     }
 }
 

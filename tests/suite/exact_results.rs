@@ -1,13 +1,9 @@
 //! Sampled results that are known exactly: seeded, within 4 blocked standard errors, and with a cap
 //! on the error bar itself, so that a noisy run cannot pass.
 
-#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
-
-mod common;
-
-use common::exact::{
+use crate::common::exact::{
     TWO_SPHERES_MEAN, TWO_SPHERES_VARIANCE, agrees, center_of_mass, contact_density, ideal_gas_mean,
-    mean_height,
+    mean_height, misses,
 };
 use gradient_mc::drive::{Drive, EquationOfStateClosure, Scheme, SelfConsistent};
 use gradient_mc::equation_of_state::IdealGas;
@@ -18,6 +14,7 @@ use gradient_mc::start::RandomInsertion;
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{Error, Every, Field, Scene, Simulation, SimulationBuilder, Slab, TemperatureProfile};
+use std::cmp::Ordering;
 
 /// One sphere, which has the profile n ∝ exp(−u): the drive is all there is.
 fn one_sphere<F: Field, T: TemperatureProfile>(
@@ -131,11 +128,14 @@ fn wrong_rules_miss_the_ideal_gas_in_a_temperature_gradient() {
     let right = builder().scheme(EquationOfStateClosure::new(IdealGas)).build().unwrap();
     agrees("closure", mean(center_of_mass(right, 2_000_000, 10)), exact, 0.03).unwrap();
 
+    // Both press the sphere down.
     let straight = builder().scheme(TemperaturePutStraightIn).build().unwrap();
-    agrees("T(x) put straight in", mean(center_of_mass(straight, 2_000_000, 10)), exact, 0.03).unwrap_err();
+    let straight = mean(center_of_mass(straight, 2_000_000, 10));
+    misses("T(x) put straight in", straight, exact, 0.03, Ordering::Less).unwrap();
 
     let printed = builder().scheme(EquationAsPrinted { base, beta }).build().unwrap();
-    agrees("(31) as printed", mean(center_of_mass(printed, 2_000_000, 10)), exact, 0.03).unwrap_err();
+    let printed = mean(center_of_mass(printed, 2_000_000, 10));
+    misses("(31) as printed", printed, exact, 0.03, Ordering::Less).unwrap();
 }
 
 #[test]
@@ -177,17 +177,24 @@ fn two_spheres() {
 }
 
 /// A small column, some 10 diameters high, so that it relaxes within some hundred sweeps.
-fn column(particles: usize, side: f64, temperature: f64, seed: u64) -> Simulation<UniformField, Isothermal> {
+fn column(
+    particles: usize,
+    side: f64,
+    temperature: f64,
+    moves: LocalMoves,
+    seed: u64,
+) -> Simulation<UniformField, Isothermal> {
     let slab = Slab::new(60.0, side, side).unwrap();
     let temperature = Isothermal::new(temperature).unwrap();
     let scene = Scene::new(slab, particles, UniformField::default(), temperature).unwrap();
-    Simulation::builder(scene).moves(LocalMoves::new(1.0).unwrap()).seed(seed).build().unwrap()
+    Simulation::builder(scene).moves(moves).seed(seed).build().unwrap()
 }
 
 #[test]
 fn contact_density_carries_the_weight() {
     let temperature = 3.0;
-    let mut simulation = column(144, 6.0, temperature, 22);
+    let moves = LocalMoves::new(1.0).unwrap();
+    let mut simulation = column(144, 6.0, temperature, moves, 22);
     // Bins of 0.02 from the contact height; the density there is the intercept of a parabola in ln n.
     let profile = DensityProfile::new(simulation.scene().slab(), Bins::count(10).from(0.5).to(0.7)).unwrap();
     let mut observer = Every::new(2, profile);
@@ -204,15 +211,15 @@ fn fluctuation_of_the_center_of_mass() {
     // Var(h_c) = (T²/N) dh_c/dT, the derivative from two more runs.
     let (particles, temperature, step) = (48, 3.0, 0.3);
     let at = |temperature: f64, seed: u64, sweeps: u64| {
-        center_of_mass(column(particles, 4.0, temperature, seed), sweeps, 5)
+        center_of_mass(column(particles, 4.0, temperature, LocalMoves::tuned(), seed), sweeps, 5)
     };
-    let (high, low) = (at(temperature + step, 32, 900_000), at(temperature - step, 33, 900_000));
+    let (high, low) = (at(temperature + step, 32, 200_000), at(temperature - step, 33, 200_000));
     let (high, low) = (high.estimate().unwrap(), low.estimate().unwrap());
     let slope = (high.mean - low.mean) / (2.0 * step);
     let slope_error = high.standard_error.hypot(low.standard_error) / (2.0 * step);
     let factor = temperature * temperature / particles as f64;
     let expected = factor * slope;
-    let variance = at(temperature, 31, 4_000_000).variance().unwrap();
+    let variance = at(temperature, 31, 500_000).variance().unwrap();
     let difference = Estimate::new(
         variance.mean / expected - 1.0,
         variance.standard_error.hypot(factor * slope_error) / expected,

@@ -3,8 +3,6 @@
 //! Variants of `Warning` one by one, and healthy runs without any, are in `warnings.rs`; here is what the maps of the example
 //! `stability` show.
 
-#![allow(clippy::unwrap_used)]
-
 use gradient_mc::drive::{
     Automatic, AveragedThenFrozen, Drive, EquationOfStateClosure, Instantaneous, RunningAverage, Scheme,
     SelfConsistent,
@@ -114,7 +112,7 @@ fn local_moves_too_small_and_too_large() {
         |warning| matches!(warning, Warning::LowAcceptance { lowest_height, .. } if *lowest_height < 3.0),
     );
     // Larger than that is refused.
-    let refused = LocalMoves::new(3.0);
+    let refused = Simulation::builder(column(1.5)).moves(local(3.0)).build().map(|_| ());
     assert!(
         matches!(refused, Err(Error::InvalidParameter { name: "maximum displacement", .. })),
         "{refused:?}"

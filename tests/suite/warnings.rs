@@ -1,7 +1,5 @@
 //! Every warning appears in a scene that deserves it, and none in runs that are as they should be.
 
-#![allow(clippy::unwrap_used)]
-
 use gradient_mc::drive::{
     Automatic, EquationOfStateClosure, Instantaneous, RunningAverage, Scheme, SelfConsistent,
 };

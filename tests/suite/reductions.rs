@@ -1,12 +1,8 @@
 //! Limits in which one part of the library becomes another: α → 0 and β → 0, smoothly and, where
 //! they are reached, to the last bit.
 
-#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
-
-mod common;
-
+use crate::common::scenes::NoInteraction;
 use approx::assert_relative_eq;
-use common::scenes::NoInteraction;
 use gradient_mc::drive::{Automatic, Drive, EquationOfStateClosure, Instantaneous, Scheme, SelfConsistent};
 use gradient_mc::equation_of_state::EquationOfState;
 use gradient_mc::field::{ExponentialField, LinearField, SumField, UniformField};

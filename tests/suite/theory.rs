@@ -1,8 +1,8 @@
 //! Equations of state and the hydrostatic theory against references, closed forms and identities.
-#![allow(clippy::disallowed_methods, clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 // Exact zeros and forwarded values are meant exactly; small types live beside the test that uses them.
 #![allow(clippy::float_cmp, clippy::items_after_statements)]
 
+use crate::common::scenes::Counted;
 use approx::{assert_abs_diff_eq, assert_relative_eq};
 use gradient_mc::equation_of_state::{
     CarnahanStarling, Coexistence, Domain, DomainSide, FREEZING, FluidSolid, IdealGas, ModifiedKolafa,
@@ -225,7 +225,8 @@ fn fluid_and_solid_meet_at_the_pressure_of_coexistence() {
         let joined = FluidSolid::new(ModifiedKolafa, SpeedySolid, coexistence(pressure));
         assert!(matches!(joined, Err(Error::InvalidParameter { .. })), "{pressure}");
     }
-    assert!(FluidSolid::new(SpeedySolid, CarnahanStarling, coexistence(11.56)).is_err());
+    let reversed = FluidSolid::new(SpeedySolid, CarnahanStarling, coexistence(11.56));
+    assert!(matches!(reversed, Err(Error::InvalidParameter { .. })), "{reversed:?}");
 }
 
 #[test]
@@ -315,7 +316,7 @@ fn every_reference_column_is_reproduced() {
 }
 
 #[test]
-fn a_column_takes_milliseconds() {
+fn a_column_takes_few_evaluations() {
     let scenes = [
         (5.0, 0.0, 0.0),
         (30.0, 0.0, 0.0),
@@ -325,17 +326,12 @@ fn a_column_takes_milliseconds() {
         (20.0, 0.0, 0.05),
     ];
     for (t0, alpha, beta) in scenes {
-        // The fastest of ten, so that a busy machine does not fail it.
-        let fastest = (0..10)
-            .map(|_| {
-                let start = std::time::Instant::now();
-                paper(CarnahanStarling, t0, alpha, beta);
-                start.elapsed()
-            })
-            .min()
-            .unwrap();
-        println!("T0 {t0}, alpha {alpha}, beta {beta}: {fastest:?}");
-        assert!(fastest.as_millis() < 50, "{fastest:?}");
+        let field = Counted::new(ExponentialField::new(alpha).unwrap());
+        let temperature = ExponentialTemperature::new(t0, beta).unwrap();
+        Hydrostatics::new(&field, temperature, CarnahanStarling).column_density(40.0).unwrap();
+        let evaluations = field.take();
+        println!("T0 {t0}, alpha {alpha}, beta {beta}: {evaluations}");
+        assert!(evaluations < 100_000, "T0 {t0}, alpha {alpha}, beta {beta}: {evaluations}");
     }
 }
 
@@ -723,13 +719,11 @@ fn fractions_and_columns_are_each_other() {
     assert_eq!(profile.height_of_fraction(2.0), profile.top());
     assert!(profile.height_of_fraction(f64::NAN).is_nan());
     // Placing spheres evenly gives the center of mass.
-    let start = std::time::Instant::now();
     let spheres = 25_000;
     let mean = (0..spheres)
         .map(|i| profile.height_of_fraction((f64::from(i) + 0.5) / f64::from(spheres)))
         .sum::<f64>()
         / f64::from(spheres);
-    println!("25 000 placements: {:?}", start.elapsed());
     assert_abs_diff_eq!(mean, profile.center_of_mass(), epsilon = 1e-4);
 }
 
@@ -803,10 +797,14 @@ fn what_is_not_a_number_is_an_error() {
         for broken in [column.base(value), column.lid(value)] {
             assert!(matches!(broken.column_density(40.0), Err(Error::InvalidParameter { .. })));
         }
-        assert!(column.column_density(value).is_err() && column.base_pressure(value).is_err());
+        for outcome in [column.column_density(value), column.base_pressure(value)] {
+            assert!(matches!(outcome, Err(Error::InvalidParameter { .. })));
+        }
     }
     let column = Hydrostatics::new(UniformField::default(), warm, CarnahanStarling);
-    assert!(column.lid(0.0).column_density(1.0).is_err() && column.column_density(0.0).is_err());
+    for outcome in [column.lid(0.0).column_density(1.0), column.column_density(0.0)] {
+        assert!(matches!(outcome, Err(Error::InvalidParameter { .. })));
+    }
     let negative =
         Hydrostatics::new(UniformField::default(), LinearTemperature::new(5.0, -0.1).unwrap(), IdealGas);
     assert!(matches!(negative.column_density(40.0), Err(Error::InvalidTemperature { .. })));

@@ -1,7 +1,5 @@
 //! A field that pulls up is one that pulls down, seen upside down.
 
-#![allow(clippy::unwrap_used)]
-
 use gradient_mc::drive::{Adaptation, Drive, EquationOfStateClosure, Instantaneous, Scheme};
 use gradient_mc::equation_of_state::FluidSolid;
 use gradient_mc::field::UniformField;

@@ -1,11 +1,9 @@
 //! Input that makes no sense: a typed error that names the value and the remedy, never a panic.
 
 // Values are compared as they went in.
-#![allow(clippy::unwrap_used, clippy::disallowed_methods, clippy::float_cmp)]
+#![allow(clippy::float_cmp)]
 
-mod common;
-
-use common::scenes::NoInteraction;
+use crate::common::scenes::{Counted, NoInteraction};
 use gradient_mc::drive::{
     Automatic, AveragedThenFrozen, Drive, EffectivePotential, EquationOfStateClosure, Instantaneous,
     RunningAverage, Scheme, SelfConsistent, log_acceptance,
@@ -26,7 +24,6 @@ use gradient_mc::{
     Slab, TemperatureProfile, Vector3,
 };
 use proptest::prelude::*;
-use std::time::{Duration, Instant};
 
 const NOT_POSITIVE: [f64; 7] = [0.0, -0.0, -1.0, -1e-300, f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
 const NOT_FINITE: [f64; 3] = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY];
@@ -156,14 +153,12 @@ fn slabs_that_are_too_small_too_large_or_not_numbers() {
         assert_refused(Slab::new(50.0, 5.0, value), value);
     }
     // Allowed extents whose cell list would take terabytes: refused before any is allocated.
-    let started = Instant::now();
     for extents in [[1e6, 1e6, 1e6], [1e6, 1e3, 1e3], [400.0, 1e6, 3.0]] {
         let slab = Slab::new(extents[0], extents[1], extents[2]).unwrap();
         let error = Scene::new(slab, 1, gravity(), warm()).unwrap_err();
         assert!(matches!(error, Error::SlabTooLarge { .. }), "{error:?}");
         assert_says(&error, &[&shown(extents.iter().product()), "200000000", "lower the lid"]);
     }
-    assert!(started.elapsed() < Duration::from_secs(5));
 }
 
 #[test]
@@ -178,9 +173,9 @@ fn the_largest_slab_can_be_used() {
 
 #[test]
 fn numbers_of_spheres() {
-    assert_refused(Scene::new(slab(), 0, gravity(), warm()), 0.0);
     let capacity = slab().capacity();
     assert!(Scene::new(slab(), capacity, gravity(), warm()).is_ok());
+    assert_refused(Scene::new(slab(), 0, gravity(), warm()), 0.0);
     for particles in [capacity + 1, usize::MAX] {
         let error = Scene::new(slab(), particles, gravity(), warm()).unwrap_err();
         assert!(matches!(error, Error::TooManyParticles { particles: found, .. } if found == particles));
@@ -318,17 +313,25 @@ fn fields_whose_parts_disagree() {
 
 #[test]
 fn columns_beyond_reason() {
-    // An error, or the column that was asked for: never something else, and never for long.
-    let started = Instant::now();
+    // An error, or the column that was asked for: never something else, and never at great expense.
+    const MOST_EVALUATIONS: u64 = 2_000_000;
+    let mut most = 0;
     let mut solved = 0;
     for spheres in [1e-300, 1e-12, 40.0, 1e9, 1e300] {
         for temperature in [1e-300, 1e-3, 5.0, 1e300] {
             for alpha in [-1e300, -1.0, 0.0, 1.0, 1000.0] {
-                let (field, warm) =
-                    (ExponentialField::new(alpha).unwrap(), Isothermal::new(temperature).unwrap());
-                let open = Hydrostatics::new(field, warm, FluidSolid::default());
+                let field = Counted::new(ExponentialField::new(alpha).unwrap());
+                let warm = Isothermal::new(temperature).unwrap();
+                let open = Hydrostatics::new(&field, warm, FluidSolid::default());
                 for column in [open, open.lid(400.0)] {
-                    let Ok(profile) = column.column_density(spheres) else { continue };
+                    let outcome = column.column_density(spheres);
+                    let evaluations = field.take();
+                    most = most.max(evaluations);
+                    assert!(
+                        evaluations <= MOST_EVALUATIONS,
+                        "{spheres:e} {temperature:e} {alpha:e}: {evaluations}"
+                    );
+                    let Ok(profile) = outcome else { continue };
                     approx::assert_relative_eq!(profile.column_density(), spheres, max_relative = 1e-9);
                     let center = profile.center_of_mass();
                     assert!(center > 0.0 && center < profile.top(), "{spheres} {temperature} {alpha}");
@@ -337,8 +340,8 @@ fn columns_beyond_reason() {
             }
         }
     }
+    println!("{most} evaluations at most");
     assert!(solved > 20, "{solved}");
-    assert!(started.elapsed() < Duration::from_secs(60), "{:?}", started.elapsed());
     // So far away that heights are coarser than the column.
     for base in [1.000_001e6, -1e18, f64::MAX] {
         let column = Hydrostatics::new(gravity(), warm(), FluidSolid::default()).base(base);
@@ -617,12 +620,12 @@ fn positions_of_the_wrong_number() {
 
 #[test]
 fn random_insertion_that_cannot_succeed() {
-    let started = Instant::now();
     // Packing fraction 0.5 is beyond the jamming of random insertion.
     let small = Slab::new(10.0, 5.0, 5.0).unwrap();
     let scene = Scene::new(small, 240, gravity(), warm()).unwrap();
     let error = Simulation::builder(scene).start(RandomInsertion::new(1.0).unwrap()).build().unwrap_err();
-    let Error::InsertionFailed { placed, requested: 240, packing_fraction, .. } = error else {
+    let Error::InsertionFailed { placed, requested: 240, attempts: 1_000_000, packing_fraction, .. } = error
+    else {
         panic!("{error:?}")
     };
     assert!(placed < 240 && packing_fraction > 0.3 && packing_fraction < 0.5);
@@ -632,8 +635,7 @@ fn random_insertion_that_cannot_succeed() {
         .start(RandomInsertion::new(1e300).unwrap())
         .build()
         .unwrap_err();
-    assert!(matches!(error, Error::InsertionFailed { .. }), "{error:?}");
-    assert!(started.elapsed() < Duration::from_secs(20), "{:?}", started.elapsed());
+    assert!(matches!(error, Error::InsertionFailed { attempts: 1_000_000, .. }), "{error:?}");
     for value in NOT_POSITIVE {
         assert_refused(RandomInsertion::new(value), value);
     }
@@ -649,7 +651,8 @@ fn crystals_without_room() {
     let Error::LatticeFull { sites, particles: found, .. } = error else { panic!("{error:?}") };
     assert!(found == particles && sites < particles);
     assert_says(&error, &[&sites.to_string(), &particles.to_string(), "larger slab"]);
-    assert!(Simulation::builder(scene()).start(Theory).build().is_err());
+    let error = Simulation::builder(scene()).start(Theory).build().unwrap_err();
+    assert!(matches!(error, Error::LatticeFull { .. }), "{error:?}");
     // As many as there are sites do fit.
     let scene = Scene::new(tiny, sites, gravity(), warm()).unwrap();
     let mut full = Simulation::builder(scene).start(ClosePacked).moves(small()).build().unwrap();
@@ -776,7 +779,8 @@ proptest! {
             let _ = (slab.capacity(), slab.packing_fraction(count), LocalMoves::new(c));
             // Beyond the limits of memory it must be an error, whatever the number of spheres.
             if slab.base_area() * slab.height() > Slab::MAXIMUM_VOLUME {
-                prop_assert!(Scene::new(slab, count, gravity(), warm()).is_err());
+                let refused = Scene::new(slab, count.max(1), gravity(), warm()).map(drop);
+                prop_assert!(matches!(refused, Err(Error::SlabTooLarge { .. })), "{refused:?}");
             }
         }
         let _ = LocalMoves::new(a);
@@ -787,8 +791,9 @@ proptest! {
             let _ = equation_of_state.compressibility_derivative(a);
             let _ = equation_of_state.excess_chemical_potential(a);
         }
-        if count > slab().capacity() || count == 0 {
-            prop_assert!(Scene::new(slab(), count, gravity(), warm()).is_err());
+        if count > slab().capacity() {
+            let refused = Scene::new(slab(), count, gravity(), warm()).map(drop);
+            prop_assert!(matches!(refused, Err(Error::TooManyParticles { .. })), "{refused:?}");
         }
     }
 

@@ -1,7 +1,5 @@
 //! Observers of structure, end to end: fluids and crystals whose structure is known.
 
-#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
-
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves};
 use gradient_mc::observers::{
@@ -126,7 +124,7 @@ fn recognized(packing_fraction: f64) -> f64 {
         Simulation::builder(scene).start(Positions(positions)).moves(LocalMoves::new(0.12).unwrap());
     let mut simulation = builder.seed(3).build().unwrap();
     let letters = crystal.letters.as_bytes();
-    let mut order = BondOrder::new(&slab).unwrap();
+    let mut order = BondOrder::new(&slab);
     let (mut right, mut all) = (0, 0);
     for _ in 0..10 {
         simulation.equilibrate(200, &mut ()).unwrap();

@@ -1,11 +1,7 @@
 //! What no move may break, whatever the scene: spheres do not overlap and stay inside, and a seed
 //! decides everything.
 
-#![allow(clippy::unwrap_used, clippy::disallowed_methods)]
-
-mod common;
-
-use common::scenes::{FieldCase, TemperatureCase, field_case, temperature_case};
+use crate::common::scenes::{FieldCase, TemperatureCase, field_case, temperature_case};
 use gradient_mc::drive::{Automatic, EquationOfStateClosure, Instantaneous, Scheme, SelfConsistent};
 use gradient_mc::moves::{EventChains, FieldEvent, LocalMoves, Moves};
 use gradient_mc::start::{ClosePacked, RandomInsertion, Start, Theory};

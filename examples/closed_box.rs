@@ -27,7 +27,7 @@ fn main() -> Result<(), Error> {
         let base = DensityProfile::new(&slab, Bins::count(1).from(lowest).to(lowest + THIN))?;
         let mut profile = EquationOfStateProfile::new(&slab, Bins::of_width(0.5))?;
         // The weight above a height is measured; what the lid carries is not, and comes from the theory.
-        profile.set_lid_pressure(theory.lid_pressure())?;
+        profile.set_open_end_pressure(theory.lid_pressure())?;
         let mut observers = Every::new(2, (lid, base, profile));
         simulation.run(15_000, &mut observers)?;
 

@@ -20,7 +20,7 @@ pub(crate) trait InForce: Sync {
     fn reduced_potential(&self, height: f64) -> f64;
     fn reduced_force(&self, height: f64) -> f64;
     fn generation(&self) -> u64;
-    fn lid_pressure(&self) -> f64;
+    fn open_end_pressure(&self) -> f64;
 }
 
 /// No potential, changed so many times: for tests of what does not look at it.
@@ -38,7 +38,7 @@ impl InForce for Still {
     fn generation(&self) -> u64 {
         self.0
     }
-    fn lid_pressure(&self) -> f64 {
+    fn open_end_pressure(&self) -> f64 {
         0.0
     }
 }
@@ -138,10 +138,10 @@ impl<'a> Frame<'a> {
         self.potential.generation()
     }
 
-    /// Pressure on the lid in m g/d² that u assumes.
+    /// Pressure on the wall at the [open end](crate::Scene::open_end), in m g/d², that u assumes.
     #[must_use]
-    pub fn lid_pressure(&self) -> f64 {
-        self.potential.lid_pressure()
+    pub fn open_end_pressure(&self) -> f64 {
+        self.potential.open_end_pressure()
     }
 
     /// Sweeps since the simulation was built, equilibration included.

@@ -98,7 +98,7 @@ pub use observer::{AcceptedMove, Collision, Every, Observer, ObserverError, Reco
 pub use observer_fn::ObserverFn;
 pub use random::Generator;
 pub use replicas::{Outcome, Replica, Replicas};
-pub use scene::{AnyScene, Scene};
+pub use scene::{AnyScene, Scene, Wall};
 pub use simulation::{Simulation, SimulationBuilder};
 pub use slab::Slab;
 #[cfg(feature = "csv")]

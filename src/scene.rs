@@ -45,6 +45,33 @@ pub struct Scene<F, T> {
     particles: usize,
     field: F,
     temperature: T,
+    open_end: Wall,
+}
+
+/// One of the two hard walls of a slab.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Wall {
+    /// At x = 0.
+    Base,
+    /// At the height of the slab.
+    Lid,
+}
+
+impl Wall {
+    /// Height of the centers of spheres in contact with it, in diameters.
+    #[must_use]
+    pub fn contact_height(self, slab: &Slab) -> f64 {
+        match self {
+            Self::Base => slab.lowest_center(),
+            Self::Lid => slab.highest_center(),
+        }
+    }
+
+    /// The wall from which `field` pulls spheres away, on the whole.
+    fn lighter(field: &(impl Field + ?Sized), slab: &Slab) -> Self {
+        let rises = field.potential(slab.highest_center()) >= field.potential(slab.lowest_center());
+        if rises { Self::Lid } else { Self::Base }
+    }
 }
 
 impl<F: Field, T: TemperatureProfile> Scene<F, T> {
@@ -73,7 +100,8 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
         }
         field::probe(&field, &slab)?;
         temperature::probe(&temperature, &slab)?;
-        Ok(Self { slab, particles, field, temperature })
+        let open_end = Wall::lighter(&field, &slab);
+        Ok(Self { slab, particles, field, temperature, open_end })
     }
 
     /// Puts as many spheres in the slab as make `column_density` spheres per area of the base, N/A,
@@ -116,16 +144,17 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
     /// The same scene, with field and temperature behind references; it costs nothing and probes
     /// nothing.
     pub fn as_any(&self) -> AnyScene<'_> {
-        let Self { slab, particles, field, temperature } = self;
-        Scene { slab: *slab, particles: *particles, field, temperature }
+        let Self { slab, particles, field, temperature, open_end } = self;
+        Scene { slab: *slab, particles: *particles, field, temperature, open_end: *open_end }
     }
 }
 
 #[cfg(test)]
-impl<F, T> Scene<F, T> {
+impl<F: Field, T> Scene<F, T> {
     /// A scene that was not checked: tests put spheres where they like.
     pub(crate) fn unchecked(slab: Slab, particles: usize, field: F, temperature: T) -> Self {
-        Self { slab, particles, field, temperature }
+        let open_end = Wall::lighter(&field, &slab);
+        Self { slab, particles, field, temperature, open_end }
     }
 }
 
@@ -133,6 +162,13 @@ impl<F, T> Scene<F, T> {
     /// The slab.
     pub fn slab(&self) -> &Slab {
         &self.slab
+    }
+
+    /// The wall where the column ends, if it is open: that at which the potential is higher, from which the field pulls
+    /// spheres away. It is the lid under a field that pulls down, and in a box without weight. Pressures are summed from it:
+    /// P there is small, and at any other height it is known to rounding from the weights between.
+    pub fn open_end(&self) -> Wall {
+        self.open_end
     }
 
     /// Number of spheres N.

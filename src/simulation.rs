@@ -169,8 +169,11 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     /// As [`equilibrate`](Self::equilibrate).
     pub fn run<O: Observer + ?Sized>(&mut self, sweeps: u64, observer: &mut O) -> Result<(), Error> {
         if self.phase == Phase::Equilibration {
-            let Self { driven: Driven { scene, drive }, adaptation, .. } = self;
+            let Self { driven: Driven { scene, drive }, adaptation, balance, .. } = self;
             adaptation.start_production(drive, &scene.as_any())?;
+            if let Some(balance) = balance {
+                balance.set_measured_share(adaptation.measured_share());
+            }
             self.begin(Phase::Production);
         }
         self.advance(sweeps, observer)
@@ -217,7 +220,7 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     /// | the series of the center of mass: its drift, and its variance against what equilibrium demands of it; the memory of the slowest of it and of numbers of spheres below and above some heights | [`TooShort`](Warning::TooShort), [`NotMixed`](Warning::NotMixed), [`NothingMoved`](Warning::NothingMoved) |
     /// | its mean against [`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls), where that is good | [`FarFromTheory`](Warning::FarFromTheory), [`NoTheory`](Warning::NoTheory) |
     /// | every 128th sweep, if all moves are local | [`LowAcceptance`](Warning::LowAcceptance) |
-    /// | the balance of forces and the field, where the temperature varies | [`FeedbackNotConverged`](Warning::FeedbackNotConverged), [`CountingNoise`](Warning::CountingNoise), [`ChangesWhileMeasuring`](Warning::ChangesWhileMeasuring), [`SteepGradient`](Warning::SteepGradient), [`DensityJump`](Warning::DensityJump) |
+    /// | the balance of forces and the field, where the temperature varies | [`FeedbackNotConverged`](Warning::FeedbackNotConverged), [`FieldOfTheory`](Warning::FieldOfTheory), [`CountingNoise`](Warning::CountingNoise), [`ChangesWhileMeasuring`](Warning::ChangesWhileMeasuring), [`SteepGradient`](Warning::SteepGradient), [`DensityJump`](Warning::DensityJump) |
     /// | density, and pressure as the weight of what lies above | [`Metastable`](Warning::Metastable), [`BoxIncommensurate`](Warning::BoxIncommensurate) |
     /// | the box | [`LidTooLow`](Warning::LidTooLow), [`NarrowBox`](Warning::NarrowBox) |
     ///
@@ -315,10 +318,10 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
         &self.adaptation
     }
 
-    /// Pressure on the lid in m g/d² that the potential in force assumes: what a pressure profile
-    /// starts from.
-    pub fn lid_pressure(&self) -> f64 {
-        self.driven.drive.lid_pressure()
+    /// Pressure on the wall at the [open end](Scene::open_end), in m g/d², that the potential in force assumes: what a
+    /// pressure profile starts from. Without error, and none in an isothermal scene.
+    pub fn open_end_pressure(&self) -> f64 {
+        self.driven.drive.open_end_pressure()
     }
 
     /// Sweeps done so far, equilibration included.

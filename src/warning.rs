@@ -1,6 +1,6 @@
 //! What makes a result doubtful, said by the program itself.
 
-use crate::drive::Certificate;
+use crate::drive::{Certificate, MeasuredShare};
 use crate::hydrostatics::DomainExit;
 use crate::statistics::Estimate;
 use std::fmt;
@@ -72,6 +72,12 @@ pub enum Warning {
         /// The verdict in full.
         certificate: Certificate,
     },
+    /// The effective field is mostly that of the theory; little of it was measured.
+    #[non_exhaustive]
+    FieldOfTheory {
+        /// How much was.
+        measured: MeasuredShare,
+    },
     /// The field comes from the counts of single configurations, whose noise biases it ([`Instantaneous`](crate::drive::Instantaneous)).
     #[non_exhaustive]
     CountingNoise {
@@ -86,12 +92,13 @@ pub enum Warning {
         /// Number of changes since production began.
         changes: u64,
     },
-    /// Pressure on the lid, which P(x) as the weight of what lies above leaves out unless it is told.
+    /// Pressure on the wall at the open end of the column, the lid if the field pulls down, which P(x) as a weight leaves out
+    /// unless it is told.
     #[non_exhaustive]
     LidTooLow {
-        /// Height of the lid.
+        /// Height of that wall.
         lid: f64,
-        /// Pressure on the lid over the largest pressure.
+        /// Pressure on it over the largest pressure.
         pressure_ratio: f64,
     },
     /// Pressure or density are above those of freezing: a fluid there is metastable, and what a crystal or a glass is
@@ -354,6 +361,11 @@ impl fmt::Display for Warning {
             Self::FeedbackNotConverged { certificate } => {
                 write!(formatter, "feedback not converged: {certificate}")
             }
+            Self::FieldOfTheory { measured } => write!(
+                formatter,
+                "the field is mostly theory: {measured} was measured: equilibrate longer, or take \
+                 SelfConsistent::without_theory"
+            ),
             Self::CountingNoise { spheres_per_bin, pressure_deviation } => write!(
                 formatter,
                 "counting noise in the field: {spheres_per_bin:.1} spheres in a bin bias P at the base by up to \
@@ -367,8 +379,8 @@ impl fmt::Display for Warning {
             ),
             Self::LidTooLow { lid, pressure_ratio } => write!(
                 formatter,
-                "the lid is too low: at height {lid:.1} it carries {:.2} % of the largest pressure: raise it, or add \
-                 the pressure on it (set_lid_pressure)",
+                "the lid is too low: the wall at height {lid:.1}, where the column ends, carries {:.2} % of the largest \
+                 pressure: raise the lid, or add the pressure on that wall (set_open_end_pressure)",
                 100.0 * pressure_ratio,
             ),
             Self::Metastable { lowest_height, highest_height, packing_fraction } => write!(

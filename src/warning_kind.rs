@@ -54,6 +54,7 @@ kinds! {
     NothingMoved "nothing has moved",
     FarFromTheory "far from theory",
     FeedbackNotConverged "feedback not converged",
+    FieldOfTheory "field of the theory",
     CountingNoise "counting noise",
     ChangesWhileMeasuring "changes while measuring",
     LidTooLow "lid too low",

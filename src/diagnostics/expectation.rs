@@ -2,7 +2,7 @@
 
 use crate::equation_of_state::{EquationOfState, FREEZING, FluidSolid, ModifiedKolafa};
 use crate::statistics::Estimate;
-use crate::{Error, Field, HydrostaticProfile, Scene, TemperatureProfile, Warning, temperature};
+use crate::{Error, Field, HydrostaticProfile, Scene, TemperatureProfile, Wall, Warning, temperature};
 
 /// The theory profile of a scene between its walls, and what follows from it.
 #[derive(Debug, Clone)]
@@ -89,7 +89,7 @@ impl Expectation {
         for warning in &mut warnings {
             if let Warning::LidTooLow { lid, .. } = warning {
                 // Not where the bulk ends that stands for the layers below it.
-                *lid = slab.height();
+                *lid = if scene.open_end() == Wall::Lid { slab.height() } else { 0.0 };
             }
         }
         warnings

@@ -1,5 +1,6 @@
 //! What changes a potential while a run goes on.
 
+use super::MeasuredShare;
 use crate::observer::Observer;
 use crate::scene::AnyScene;
 use crate::{Error, Warning};
@@ -76,11 +77,20 @@ pub trait Adaptation<P>: Observer + Send + Sync {
         false
     }
 
+    /// How much of the potential in force was measured; by default it is not known. Certificates state it.
+    fn measured_share(&self) -> Option<MeasuredShare> {
+        None
+    }
+
     /// What it has to say against production, beyond the balance of forces; by default nothing.
     fn warnings(&self, _potential: &P, _scene: &AnyScene<'_>) -> Vec<Warning> {
         Vec::new()
     }
 }
 
-/// The potential stays what it is.
-impl<P> Adaptation<P> for () {}
+/// The potential stays what it is, so nothing of it was measured.
+impl<P> Adaptation<P> for () {
+    fn measured_share(&self) -> Option<MeasuredShare> {
+        Some(MeasuredShare::NONE)
+    }
+}

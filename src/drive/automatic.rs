@@ -1,9 +1,9 @@
 //! The scheme of a simulation that names none, for any temperature profile.
 
 use super::self_consistent::Iteration;
-use super::{Adaptation, Drive, EffectivePotential, Scheme, SelfConsistent};
+use super::{Adaptation, Drive, EffectivePotential, MeasuredShare, Scheme, SelfConsistent};
 use crate::scene::AnyScene;
-use crate::{Error, Field, Scene, TemperatureProfile, temperature};
+use crate::{Error, Field, Scene, TemperatureProfile, Warning, temperature};
 
 /// The scheme of a simulation that names none: u = φ/T in closed form (eqs. 14 to 16 of
 /// doi:10.1103/PhysRevE.83.061306) where the temperature is constant, the [`SelfConsistent`]
@@ -99,10 +99,10 @@ impl<F: Field, T: TemperatureProfile> Drive<F, T> for AutomaticDrive {
     }
 
     #[inline]
-    fn lid_pressure(&self) -> f64 {
+    fn open_end_pressure(&self) -> f64 {
         match &self.0 {
             Kind::Isothermal { .. } => 0.0,
-            Kind::Mapped(potential) => Drive::<F, T>::lid_pressure(potential.as_ref()),
+            Kind::Mapped(potential) => Drive::<F, T>::open_end_pressure(potential.as_ref()),
         }
     }
 }
@@ -121,6 +121,17 @@ impl Adaptation<AutomaticDrive> for Option<Box<Iteration>> {
         match (self, &mut drive.0) {
             (Some(iteration), Kind::Mapped(potential)) => iteration.start_production(potential, scene),
             _ => Ok(()),
+        }
+    }
+
+    fn measured_share(&self) -> Option<MeasuredShare> {
+        self.as_ref().and_then(|iteration| iteration.measured_share())
+    }
+
+    fn warnings(&self, drive: &AutomaticDrive, scene: &AnyScene<'_>) -> Vec<Warning> {
+        match (self, &drive.0) {
+            (Some(iteration), Kind::Mapped(potential)) => iteration.warnings(potential, scene),
+            _ => Vec::new(),
         }
     }
 }

@@ -1,11 +1,12 @@
 //! Whether the effective field was the right one: the balance of forces in a production run.
 
-use super::column_average::LidContact;
+use super::MeasuredShare;
+use super::column_average::WallContact;
 use crate::frame::{Frame, Phase};
 use crate::observer::{Observer, ObserverError};
 use crate::scene::AnyScene;
 use crate::statistics::{BlockAverages, Estimate, FEWEST_INDEPENDENT, drift, memory};
-use crate::{Error, Merge, TemperatureProfile};
+use crate::{Error, Merge, TemperatureProfile, Wall};
 use std::fmt;
 
 /// Both sides of the sum rule that the effective field must fulfil, from the production run of a mapped scene.
@@ -13,22 +14,26 @@ use std::fmt;
 /// In the isothermal system that a run really simulates, the pressure over temperature at height x is what its
 /// forces hold up, `P_iso(x)` = ∫ₓ n u' dx' + P(lid)/T(lid), whatever u is. It stands for the scene if it equals W(x)/T(x), the
 /// weight of the column over the temperature (eq. 24 of doi:10.1103/PhysRevE.83.061306, exact for any n(x), layers at
-/// the wall included). Both come from the same n(x), and no equation of state is involved; on the lid both start from the
-/// pressure that the field assumes, which is compared with the contact density there by itself. They are recorded at
-/// the lower edges of bands one diameter high, from the lowest height of a center on, every few sweeps.
+/// the wall included). Both come from the same n(x), and no equation of state is involved; both
+/// start from the pressure that the field assumes at the [open end](crate::Scene::open_end), the lid if the field pulls down, which is
+/// compared with the contact density there by itself. They are recorded at the edges of bands one diameter high, from the
+/// heights of centers in contact with the walls on, every few sweeps.
 ///
 /// It tests that the field and the density belong to each other, not that the column is at rest: for that there is the
 /// drift of the center of mass, and starts from both sides.
 #[derive(Debug, Clone)]
 pub struct ForceBalance {
     base_area: f64,
-    /// T at the lower edges of bands, and at the lid.
+    open_end: Wall,
+    /// T at the edges of bands that are farther from the open end, and at the open end.
     temperatures: Vec<f64>,
-    lid_temperature: f64,
+    end_temperature: f64,
     lowest: f64,
     band_height: f64,
     certifiable: bool,
-    /// Σ u' and Σ a over the spheres of each band; contact density at the lid and pressure that the field assumes there,
+    /// Of the field, when production began.
+    measured: Option<MeasuredShare>,
+    /// Σ u' and Σ a over the spheres of each band; contact density at the open end and pressure that the field assumes there,
     /// both times area; height of the center of mass and its square.
     sample: Vec<f64>,
     averages: BlockAverages,
@@ -63,17 +68,32 @@ impl ForceBalance {
         let bands = bands as usize;
         let temperature = |height: f64| scene.temperature().temperature(height);
         let components = 2 * bands + 4;
+        let open_end = scene.open_end();
+        let edge = |band| Self::edge(open_end, lowest, band_height, band);
         Self {
+            open_end,
             base_area: scene.slab().base_area(),
-            temperatures: (0..bands).map(|band| temperature(lowest + band as f64 * band_height)).collect(),
-            lid_temperature: temperature(scene.slab().highest_center()),
+            temperatures: (0..bands).map(|band| temperature(edge(band))).collect(),
+            end_temperature: temperature(open_end.contact_height(scene.slab())),
             lowest,
             band_height,
             certifiable,
+            measured: None,
             sample: vec![0.0; components],
             averages: BlockAverages::of(components),
             replica_drifts: Vec::new(),
         }
+    }
+
+    /// The edge of a band that is farther from the open end.
+    fn edge(open_end: Wall, lowest: f64, band_height: f64, band: usize) -> f64 {
+        let upper = f64::from(u8::from(open_end == Wall::Base));
+        lowest + (band as f64 + upper) * band_height
+    }
+
+    /// Says how much was measured of the field in which production begins.
+    pub(crate) fn set_measured_share(&mut self, measured: Option<MeasuredShare>) {
+        self.measured = measured;
     }
 
     fn bands(&self) -> usize {
@@ -94,12 +114,16 @@ impl ForceBalance {
         let bands = self.bands();
         let loads = |means: &[f64]| {
             let mut rows = vec![[0.0; 2]; bands];
-            let on_lid = means[2 * bands + 1];
-            let (mut force, mut weight) = (on_lid / self.lid_temperature, on_lid);
-            for band in (0..bands).rev() {
-                force += means[band];
-                weight += means[bands + band];
+            let at_end = means[2 * bands + 1];
+            let (mut force, mut weight) = (at_end / self.end_temperature, at_end);
+            let mut pass = |band: usize, sign: f64| {
+                force += sign * means[band];
+                weight += sign * means[bands + band];
                 rows[band] = [force, weight];
+            };
+            match self.open_end {
+                Wall::Lid => (0..bands).rev().for_each(|band| pass(band, 1.0)),
+                Wall::Base => (0..bands).for_each(|band| pass(band, -1.0)),
             }
             rows
         };
@@ -113,7 +137,7 @@ impl ForceBalance {
         let points = ratios.into_iter().zip(weights).enumerate();
         Ok(points
             .map(|(band, (ratio, weight))| ForceBalancePoint {
-                height: self.lowest + band as f64 * self.band_height,
+                height: Self::edge(self.open_end, self.lowest, self.band_height, band),
                 ratio,
                 pressure: weight / self.base_area,
                 load: weight.abs() / largest,
@@ -185,9 +209,9 @@ impl ForceBalance {
         let residual = worst.deviation();
         let heaviest = points.iter().map(|point| point.pressure.abs()).fold(0.0, f64::max) * self.base_area;
         let (contact, assumed) = (center - 2, center - 1);
-        let lid = Estimate::new(
-            (means[contact] * self.lid_temperature - means[assumed]) / heaviest,
-            errors[contact] * self.lid_temperature / heaviest,
+        let open_end = Estimate::new(
+            (means[contact] * self.end_temperature - means[assumed]) / heaviest,
+            errors[contact] * self.end_temperature / heaviest,
         );
         let off = |deviation: Estimate| {
             deviation.mean.abs() > tolerance && deviation.deviation_from(0.0).abs() > Self::SIGNIFICANT
@@ -196,11 +220,11 @@ impl ForceBalance {
             Convergence::NotConverged { residual, suggestion: Suggestion::FreezeTheField }
         } else if drift.deviation_from(0.0).abs() > Self::LARGEST_DRIFT {
             Convergence::NotConverged { residual, suggestion: Suggestion::EquilibrateLonger }
-        } else if off(residual) || off(lid) {
+        } else if off(residual) || off(open_end) {
             Convergence::NotConverged { residual, suggestion: Suggestion::AdaptLonger }
         } else if residual.mean.abs() <= tolerance
             && largest_error <= 0.5 * tolerance
-            && lid.standard_error <= tolerance
+            && open_end.standard_error <= tolerance
         {
             Convergence::Converged { residual }
         } else {
@@ -211,9 +235,10 @@ impl ForceBalance {
             height: worst.height,
             tolerance,
             largest_error,
-            lid,
+            open_end,
             drift,
             effective_sample_size,
+            measured: self.measured,
         })
     }
 }
@@ -232,8 +257,8 @@ impl Observer for ForceBalance {
             self.replica_drifts.clear();
         }
         let (bands, field) = (self.bands(), frame.field());
-        let highest = frame.slab().highest_center();
-        let mut lid = LidContact::default();
+        let end = self.open_end.contact_height(frame.slab());
+        let mut contact = WallContact::default();
         let mut moment = 0.0;
         self.sample.fill(0.0);
         let (forces, weights) = self.sample.split_at_mut(bands);
@@ -243,12 +268,12 @@ impl Observer for ForceBalance {
             let band = (((height - self.lowest) / self.band_height) as usize).min(bands - 1);
             forces[band] += frame.reduced_force(height);
             weights[band] += field.acceleration(height);
-            lid.add(highest - height);
+            contact.add((end - height).abs());
             moment += height;
         });
         let center = moment / frame.particles() as f64;
-        let lid = [lid.density_times_area(), frame.lid_pressure() * self.base_area];
-        self.sample[2 * bands..].copy_from_slice(&[lid[0], lid[1], center, center * center]);
+        let at_end = [contact.density_times_area(), frame.open_end_pressure() * self.base_area];
+        self.sample[2 * bands..].copy_from_slice(&[at_end[0], at_end[1], center, center * center]);
         Ok(self.averages.push(&self.sample)?)
     }
 }
@@ -259,6 +284,7 @@ impl Merge for ForceBalance {
         self.replica_drifts.extend(other.own_drift().ok());
         self.replica_drifts.extend_from_slice(&other.replica_drifts);
         self.certifiable &= other.certifiable;
+        self.measured = self.measured.zip(other.measured).map(|(own, other)| own.least(other));
         Ok(())
     }
 }
@@ -271,7 +297,7 @@ pub struct ForceBalancePoint {
     pub height: f64,
     /// `P_iso` T/W: what the forces hold up, over what weighs on it; 1 if the field is right.
     pub ratio: Estimate,
-    /// Pressure P = W, in m g/d², from the weight and the contact density at the lid.
+    /// Pressure P = W, in m g/d², from the weight and what the field assumes at the open end.
     pub pressure: f64,
     /// W over its largest value.
     pub load: f64,
@@ -297,14 +323,18 @@ pub struct Certificate {
     pub tolerance: f64,
     /// Largest standard error of the ratio at the heights that were judged.
     pub largest_error: f64,
-    /// Pressure on the lid by the contact density less that which the field assumes, over the largest pressure.
-    pub lid: Estimate,
+    /// Pressure on the wall at the open end by the contact density less that which the field assumes, over the largest
+    /// pressure.
+    pub open_end: Estimate,
     /// Height of the center of mass, second half of the run minus first, in diameters.
     pub drift: Estimate,
     /// Number of independent configurations that would know the slowest quantity as well: of a run,
     /// as [`MixingEvidence::FewIndependent`](crate::MixingEvidence::FewIndependent) has it; of a merged
     /// record, the center of mass.
     pub effective_sample_size: f64,
+    /// How much of the field was measured, the rest being theory; nothing in an isothermal scene, or where the scheme does
+    /// not say. The verdict owes nothing to the theory, whatever the field does. Of replicas the least.
+    pub measured: Option<MeasuredShare>,
 }
 
 /// The verdict of a [`Certificate`]. The residual is the largest `P_iso` T/W − 1, with sign and error.
@@ -314,7 +344,7 @@ pub enum Convergence {
     /// The temperature is the same everywhere, so no field had to be found, and the column is at
     /// rest.
     Isothermal,
-    /// Field and density belong to each other within the tolerance, known to half of it (the pressure on the lid: to all of
+    /// Field and density belong to each other within the tolerance, known to half of it (the pressure at the open end: to all of
     /// it), and the column is at rest.
     #[non_exhaustive]
     Converged {
@@ -388,9 +418,10 @@ impl Certificate {
             height: f64::NAN,
             tolerance,
             largest_error: 0.0,
-            lid: exact,
+            open_end: exact,
             drift,
             effective_sample_size: memory(&[centers]).independent(centers.len() as f64),
+            measured: None,
         })
     }
 
@@ -454,6 +485,7 @@ impl fmt::Display for Certificate {
             ": P_iso T/W is off by {percent} % at height {height:.1} (tolerance {:.2} %), drift of h_c {drift}, \
              effective sample size {effective_sample_size:.0}",
             100.0 * tolerance,
-        )
+        )?;
+        self.measured.map_or(Ok(()), |measured| write!(formatter, "; of the field {measured} was measured"))
     }
 }

@@ -1,9 +1,10 @@
 //! What the feedback measures: numbers and weights in the bins of an effective potential.
 
 use super::effective_potential::{Division, EffectivePotential};
+use super::measured_share::{MeasuredAt, MeasuredShare};
 use crate::equation_of_state::EquationOfState;
 use crate::frame::Frame;
-use crate::{Error, Field, Scene, TemperatureProfile};
+use crate::{Error, Field, Scene, TemperatureProfile, Wall};
 
 /// Numbers and weights in bins, summed over configurations, and what they say of P/n.
 #[derive(Debug, Clone)]
@@ -14,7 +15,9 @@ pub(super) struct ColumnAverage {
     counts: Vec<f64>,
     /// Sum of a(x) over the spheres of each bin.
     weights: Vec<f64>,
-    lid: LidContact,
+    open_end: Wall,
+    /// At the open end.
+    contact: WallContact,
 }
 
 impl ColumnAverage {
@@ -26,7 +29,8 @@ impl ColumnAverage {
             configurations: 0,
             counts: vec![0.0; division.bins],
             weights: vec![0.0; division.bins],
-            lid: LidContact::default(),
+            open_end: potential.open_end(),
+            contact: WallContact::default(),
         }
     }
 
@@ -38,64 +42,93 @@ impl ColumnAverage {
         self.configurations = 0;
         self.counts.fill(0.0);
         self.weights.fill(0.0);
-        self.lid = LidContact::default();
+        self.contact = WallContact::default();
     }
 
     /// Adds a configuration.
     pub(super) fn add(&mut self, frame: &Frame<'_>) {
         self.configurations += 1;
-        let (highest, field) = (frame.slab().highest_center(), frame.field());
+        let (end, field) = (self.open_end.contact_height(frame.slab()), frame.field());
         frame.for_each_height(|height| {
             let bin = self.division.bin(height);
             self.counts[bin] += 1.0;
             self.weights[bin] += field.acceleration(height);
-            self.lid.add(highest - height);
+            self.contact.add((end - height).abs());
         });
     }
 
     /// Spheres in each bin, summed over configurations, and P A Δx in the same units: their ratio is
-    /// P/n. `lid` is the pressure on the lid.
+    /// P/n. `end` is the pressure at the open end.
     ///
     /// The weight in the middle of a bin is the mean of those at its edges, which makes
     /// n u' Δx = −Δ(P/T) hold bin by bin.
-    pub(super) fn counts_and_pressures(&self, width: f64, base_area: f64, lid: f64) -> Vec<[f64; 2]> {
-        let mut above = lid * base_area * self.configurations as f64;
-        let rows = self.counts.iter().zip(&self.weights).rev();
-        let mut rows: Vec<[f64; 2]> = rows
-            .map(|(&count, &weight)| {
-                let middle = above + 0.5 * weight;
-                above += weight;
-                [count, middle * width]
-            })
-            .collect();
-        rows.reverse();
+    pub(super) fn counts_and_pressures(&self, width: f64, base_area: f64, end: f64) -> Vec<[f64; 2]> {
+        let mut pressure = end * base_area * self.configurations as f64;
+        let mut rows = vec![[0.0; 2]; self.counts.len()];
+        let mut pass = |bin: usize, weight: f64| {
+            rows[bin] = [self.counts[bin], (pressure + 0.5 * weight) * width];
+            pressure += weight;
+        };
+        match self.open_end {
+            Wall::Lid => (0..self.counts.len()).rev().for_each(|bin| pass(bin, self.weights[bin])),
+            // Upwards from the base it rises as weights pull up.
+            Wall::Base => (0..self.counts.len()).for_each(|bin| pass(bin, -self.weights[bin])),
+        }
         rows
     }
 
-    /// Pressure on the lid by the contact theorem, together with that of the theory.
-    pub(super) fn lid_pressure<F, T: TemperatureProfile>(&self, scene: &Scene<F, T>, prior: &Prior) -> f64 {
+    /// Pressure at the open end by the contact theorem, together with that of the theory.
+    pub(super) fn open_end_pressure<F, T: TemperatureProfile>(
+        &self,
+        scene: &Scene<F, T>,
+        prior: &Prior,
+    ) -> f64 {
         if self.configurations == 0 {
-            return prior.lid_pressure;
+            return prior.open_end_pressure;
         }
-        let temperature = scene.temperature().temperature(scene.slab().highest_center());
+        let temperature = scene.temperature().temperature(self.open_end.contact_height(scene.slab()));
         let area = scene.slab().base_area() * self.configurations as f64;
-        let measured = temperature * self.lid.density_times_area() / area;
-        let seen = self.lid.seen();
-        let imagined = prior.weight * LidContact::DEPTH * LidContact::VARIANCE;
-        (seen * measured + imagined * prior.lid_pressure) / (seen + imagined)
+        let measured = temperature * self.contact.density_times_area() / area;
+        let seen = self.contact.seen();
+        let imagined = prior.weight * WallContact::THEORY_WEIGHT * WallContact::DEPTH * WallContact::VARIANCE;
+        if seen + imagined == 0.0 {
+            return 0.0;
+        }
+        (seen * measured + imagined * prior.open_end_pressure) / (seen + imagined)
     }
 
-    /// P/n in each bin for a pressure on the lid, from what was counted and what the theory stands for: always finite.
-    pub(super) fn ratios<F, T>(&self, scene: &Scene<F, T>, width: f64, lid: f64, prior: &Prior) -> Vec<f64> {
-        let rows = self.counts_and_pressures(width, scene.slab().base_area(), lid);
-        let height = scene.slab().height();
+    /// P/n in each bin for a pressure at the open end, from what was counted and what the theory stands for: always finite.
+    pub(super) fn ratios<F, T>(&self, scene: &Scene<F, T>, width: f64, end: f64, prior: &Prior) -> Vec<f64> {
+        let rows = self.counts_and_pressures(width, scene.slab().base_area(), end);
         let both = |(bin, ([count, pressure], ratio)): (usize, ([f64; 2], &f64))| {
-            let above_base = scene.slab().lowest_center() + (bin as f64 + 0.5) * width;
-            let imagined = width * prior.weight_at(above_base.min(height - above_base));
-            (pressure + imagined * ratio) / (count + imagined)
+            let imagined = width * prior.weight_at(distance_from_wall(scene, width, bin));
+            let total = count + imagined;
+            // Where nothing was seen, what the theory says is as good as anything.
+            if total > 0.0 { (pressure + imagined * ratio) / total } else { *ratio }
         };
         rows.into_iter().zip(&prior.ratios).enumerate().map(both).collect()
     }
+
+    /// How much of [`ratios`](Self::ratios) was measured.
+    pub(super) fn measured_share<F, T>(
+        &self,
+        scene: &Scene<F, T>,
+        width: f64,
+        prior: &Prior,
+    ) -> MeasuredShare {
+        MeasuredShare::of(self.counts.iter().enumerate().map(|(bin, &spheres)| {
+            let distance = distance_from_wall(scene, width, bin);
+            let total = spheres + width * prior.weight_at(distance);
+            let share = if total > 0.0 { spheres / total } else { 0.0 };
+            MeasuredAt { distance, spheres, share }
+        }))
+    }
+}
+
+/// From the middle of a bin to the nearest wall.
+fn distance_from_wall<F, T>(scene: &Scene<F, T>, width: f64, bin: usize) -> f64 {
+    let above_base = scene.slab().lowest_center() + (bin as f64 + 0.5) * width;
+    above_base.min(scene.slab().height() - above_base)
 }
 
 /// What the theory of a scene says before anything is measured.
@@ -103,23 +136,21 @@ impl ColumnAverage {
 pub(super) struct Prior {
     /// P/n = T Z in the middle of each bin; where T jumps in a bin, its mean over the jump.
     pub(super) ratios: Vec<f64>,
-    /// Pressure on the lid.
-    pub(super) lid_pressure: f64,
+    /// Pressure at the open end.
+    pub(super) open_end_pressure: f64,
     /// Counted spheres per diameter of height that it stands for.
     pub(super) weight: f64,
 }
 
 impl Prior {
-    /// Nearer to a wall than this the fluid is layered, which the theory does not know, so that it stands for less: the
-    /// part that follows.
-    const LAYERED: f64 = 4.0;
+    /// In the layers at a wall, which the theory does not know, it stands for less: for this part.
     const WEIGHT_IN_LAYERS: f64 = 0.03;
     /// A temperature that changes by more of itself within a bin is one that jumps there.
     const SUDDEN: f64 = 0.1;
 
     /// Counted spheres per diameter of height that it stands for, at a distance from the nearest wall.
     fn weight_at(&self, distance: f64) -> f64 {
-        if distance < Self::LAYERED { Self::WEIGHT_IN_LAYERS * self.weight } else { self.weight }
+        if distance < MeasuredShare::LAYERED { Self::WEIGHT_IN_LAYERS * self.weight } else { self.weight }
     }
 
     pub(super) fn new<F: Field, T: TemperatureProfile>(
@@ -144,7 +175,11 @@ impl Prior {
                 .unwrap_or_else(|| ratio(height))
         };
         let ratios = potential.heights().map(in_bin).collect();
-        Ok(Self { ratios, lid_pressure: profile.lid_pressure(), weight })
+        let open_end_pressure = match scene.open_end() {
+            Wall::Lid => profile.lid_pressure(),
+            Wall::Base => profile.base_pressure(),
+        };
+        Ok(Self { ratios, open_end_pressure, weight })
     }
 }
 
@@ -166,23 +201,25 @@ fn mean_over_jump(
     mean.is_finite().then_some(mean)
 }
 
-/// The density of centers in contact with the lid, extrapolated from the fifth of a diameter next to it.
+/// The density of centers in contact with a wall, extrapolated from the fifth of a diameter next to it.
 ///
 /// The mean over the spheres of a weight that is orthogonal to z, z² and z³ in that range, z being the distance from
 /// contact: exact for a cubic n(z), within 0.4 % for the steepest that a fluid has (e^{−8z}).
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct LidContact {
+pub(super) struct WallContact {
     weights: f64,
     seen: f64,
 }
 
-impl LidContact {
+impl WallContact {
     const DEPTH: f64 = 0.2;
     /// How much larger the variance of the extrapolated density is than that of the mean over the depth: so many times
     /// as many spheres have to be seen for the same error.
     const VARIANCE: f64 = 16.0;
+    /// Of the theory, against that elsewhere: it knows the pressure in a closed box better than the density at a height.
+    const THEORY_WEIGHT: f64 = 10.0;
 
-    /// Adds a sphere whose center is `distance` below contact.
+    /// Adds a sphere whose center is `distance` from contact.
     #[inline]
     pub(super) fn add(&mut self, distance: f64) {
         if distance < Self::DEPTH {
@@ -228,7 +265,7 @@ mod tests {
                 let spheres = 36.0 * (theory.column_above(low) - theory.column_above(high));
                 (average.counts[bin], average.weights[bin]) = (spheres, spheres);
             }
-            let ratios = average.ratios(&scene, potential.bin_width(), prior.lid_pressure, &prior);
+            let ratios = average.ratios(&scene, potential.bin_width(), prior.open_end_pressure, &prior);
             let dense = potential.heights().zip(ratios.iter().zip(&prior.ratios));
             dense
                 .filter(|(height, _)| theory.number_density(*height) > 1e-4)
@@ -247,7 +284,7 @@ mod tests {
             let mut sum = 0.0;
             for point in 0..points {
                 let distance = (f64::from(point) + 0.5) * depth / f64::from(points);
-                let mut one = LidContact::default();
+                let mut one = WallContact::default();
                 one.add(distance);
                 sum += density(distance) * one.density_times_area() * depth / f64::from(points);
             }

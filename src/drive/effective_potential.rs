@@ -2,7 +2,7 @@
 
 use super::Drive;
 use crate::numerics::integrate_panel;
-use crate::{Error, Field, Scene, TemperatureProfile};
+use crate::{Error, Field, Scene, TemperatureProfile, Wall};
 
 /// u(x) = φ(x)/T(0) + C(x), with the correction
 ///
@@ -40,7 +40,8 @@ pub struct EffectivePotential {
     field_part: Vec<f64>,
     /// −Δ(1/T) over each bin: what multiplies P/n.
     gradient_part: Vec<f64>,
-    lid_pressure: f64,
+    open_end: Wall,
+    open_end_pressure: f64,
     generation: u64,
 }
 
@@ -111,22 +112,23 @@ impl EffectivePotential {
             correction: vec![0.0; bins + 1],
             field_part,
             gradient_part,
-            lid_pressure: 0.0,
+            open_end: scene.open_end(),
+            open_end_pressure: 0.0,
             generation: 0,
         })
     }
 
-    /// Sets u from P/n, in m g d, in each bin, where the pressure on the lid, in m g/d², is taken
-    /// to be `lid_pressure`.
+    /// Sets u from P/n, in m g d, in each bin, where the pressure on the wall at the
+    /// [open end](Scene::open_end), in m g/d², is taken to be `open_end_pressure`.
     ///
     /// # Errors
     /// [`Error::InvalidPotential`] at the first height where u is not finite.
     pub fn set(
         &mut self,
-        lid_pressure: f64,
+        open_end_pressure: f64,
         pressure_over_density: impl Fn(usize) -> f64,
     ) -> Result<(), Error> {
-        self.lid_pressure = lid_pressure;
+        self.open_end_pressure = open_end_pressure;
         let mut sum = 0.0;
         let parts = self.field_part.iter().zip(&self.gradient_part);
         for (bin, (entry, (field, gradient))) in self.correction[1..].iter_mut().zip(parts).enumerate() {
@@ -171,6 +173,11 @@ impl EffectivePotential {
         self.division().bin(height)
     }
 
+    /// The wall from which pressures are summed.
+    pub(super) fn open_end(&self) -> Wall {
+        self.open_end
+    }
+
     /// How heights are divided into bins.
     #[inline]
     pub(super) fn division(&self) -> Division {
@@ -200,8 +207,8 @@ impl<F: Field, T> Drive<F, T> for EffectivePotential {
     }
 
     #[inline]
-    fn lid_pressure(&self) -> f64 {
-        self.lid_pressure
+    fn open_end_pressure(&self) -> f64 {
+        self.open_end_pressure
     }
 }
 

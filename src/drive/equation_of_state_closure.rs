@@ -58,8 +58,9 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Scheme<F, T> for Equat
 
     fn drive(self, scene: &Scene<F, T>) -> Result<(EffectivePotential, ()), Error> {
         let mut potential = EffectivePotential::new(scene, self.bin_width)?;
-        let Prior { ratios, lid_pressure, .. } = Prior::new(scene, &potential, &self.equation_of_state, 0.0)?;
-        potential.set(lid_pressure, |bin| ratios[bin])?;
+        let Prior { ratios, open_end_pressure, .. } =
+            Prior::new(scene, &potential, &self.equation_of_state, 0.0)?;
+        potential.set(open_end_pressure, |bin| ratios[bin])?;
         Ok((potential, ()))
     }
 }

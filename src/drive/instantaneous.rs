@@ -3,7 +3,7 @@
 use super::column_average::ColumnAverage;
 use super::counting_noise;
 use super::effective_potential::bin_width_of;
-use super::{Adaptation, EffectivePotential, Scheme};
+use super::{Adaptation, EffectivePotential, MeasuredShare, Scheme};
 use crate::frame::Frame;
 use crate::observer::{Observer, ObserverError};
 use crate::scene::AnyScene;
@@ -99,6 +99,10 @@ impl Adaptation<EffectivePotential> for EverySweep {
 
     fn follows_every_configuration(&self) -> bool {
         true
+    }
+
+    fn measured_share(&self) -> Option<MeasuredShare> {
+        Some(MeasuredShare::ALL)
     }
 
     /// [`Warning::CountingNoise`].

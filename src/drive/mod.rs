@@ -22,7 +22,9 @@
 //! The steady state n(x) of dP/dx = −a n, P = n T(x) Z is that of an isothermal system in an effective
 //! field g, whose reduced force is (eqs. 20 and 24 of doi:10.1103/PhysRevE.83.061306, for any a and T)
 //!
-//! u'(x) = a/T + (P/n) T'/T² = −(1/n) d(P/T)/dx,  P(x) = P(lid) + ∫ₓ a n dx'.
+//! u'(x) = a/T + (P/n) T'/T² = −(1/n) d(P/T)/dx,  P(x) = P(lid) + ∫ₓ a n dx',
+//!
+//! summed from the base, P(x) = P(base) − ∫ a n dx', where the field pulls up ([`Scene::open_end`]).
 //!
 //! A drive is a potential, and what adapts it is an observer that may change it: nothing else
 //! decides acceptance. To add a scheme, implement [`Scheme`] in a file of its own, with an
@@ -36,6 +38,7 @@ mod counting_noise;
 mod effective_potential;
 mod equation_of_state_closure;
 mod instantaneous;
+mod measured_share;
 mod running_average;
 mod self_consistent;
 
@@ -46,6 +49,7 @@ pub use counting_noise::over_weight;
 pub use effective_potential::EffectivePotential;
 pub use equation_of_state_closure::EquationOfStateClosure;
 pub use instantaneous::Instantaneous;
+pub use measured_share::MeasuredShare;
 pub use running_average::{AveragedThenFrozen, RunningAverage};
 pub use self_consistent::SelfConsistent;
 
@@ -70,9 +74,10 @@ pub trait Drive<F, T>: Send + Sync {
         0
     }
 
-    /// Pressure on the lid in m g/d² that u assumes; by default none, as under an open sky.
+    /// Pressure on the wall at the [open end](Scene::open_end) of the column, in m g/d², that u assumes; by default none, as
+    /// under an open sky.
     #[inline]
-    fn lid_pressure(&self) -> f64 {
+    fn open_end_pressure(&self) -> f64 {
         0.0
     }
 }
@@ -141,7 +146,7 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>> InForce for Driven<F, T, D
     fn generation(&self) -> u64 {
         self.drive.generation()
     }
-    fn lid_pressure(&self) -> f64 {
-        self.drive.lid_pressure()
+    fn open_end_pressure(&self) -> f64 {
+        self.drive.open_end_pressure()
     }
 }

@@ -2,12 +2,12 @@
 
 use super::column_average::{ColumnAverage, Prior};
 use super::effective_potential::bin_width_of;
-use super::{Adaptation, EffectivePotential, Scheme};
+use super::{Adaptation, EffectivePotential, MeasuredShare, Scheme};
 use crate::equation_of_state::FluidSolid;
 use crate::frame::{Frame, Phase};
 use crate::observer::{Observer, ObserverError};
 use crate::scene::AnyScene;
-use crate::{Error, Field, Scene, TemperatureProfile};
+use crate::{Error, Field, Scene, TemperatureProfile, Warning};
 
 /// The effective field from the average of all configurations so far, updated for ever, ever more slowly.
 ///
@@ -90,6 +90,7 @@ pub struct Averaging {
     freezes: bool,
     prior: Prior,
     average: ColumnAverage,
+    measured: MeasuredShare,
     sweeps: u64,
     /// Of the last sweep.
     phase: Phase,
@@ -107,15 +108,17 @@ impl Averaging {
     ) -> Result<(EffectivePotential, Self), Error> {
         let mut potential = EffectivePotential::new(scene, bin_width)?;
         let prior = Prior::new(scene, &potential, &FluidSolid::default(), Self::THEORY_WEIGHT)?;
-        potential.set(prior.lid_pressure, |bin| prior.ratios[bin])?;
+        potential.set(prior.open_end_pressure, |bin| prior.ratios[bin])?;
         let average = ColumnAverage::new(&potential);
-        Ok((potential, Self { freezes, prior, average, sweeps: 0, phase: Phase::Equilibration }))
+        let (measured, phase) = (MeasuredShare::NONE, Phase::Equilibration);
+        Ok((potential, Self { freezes, prior, average, measured, sweeps: 0, phase }))
     }
 
-    fn update(&self, potential: &mut EffectivePotential, scene: &AnyScene<'_>) -> Result<(), Error> {
-        let lid_pressure = self.average.lid_pressure(scene, &self.prior);
-        let ratios = self.average.ratios(scene, potential.bin_width(), lid_pressure, &self.prior);
-        potential.set(lid_pressure, |bin| ratios[bin])
+    fn update(&mut self, potential: &mut EffectivePotential, scene: &AnyScene<'_>) -> Result<(), Error> {
+        let open_end_pressure = self.average.open_end_pressure(scene, &self.prior);
+        let ratios = self.average.ratios(scene, potential.bin_width(), open_end_pressure, &self.prior);
+        self.measured = self.average.measured_share(scene, potential.bin_width(), &self.prior);
+        potential.set(open_end_pressure, |bin| ratios[bin])
     }
 
     /// Whether nothing changes any more.
@@ -149,5 +152,14 @@ impl Adaptation<EffectivePotential> for Averaging {
         scene: &AnyScene<'_>,
     ) -> Result<(), Error> {
         self.update(potential, scene)
+    }
+
+    fn measured_share(&self) -> Option<MeasuredShare> {
+        Some(self.measured)
+    }
+
+    /// [`Warning::FieldOfTheory`].
+    fn warnings(&self, _: &EffectivePotential, _: &AnyScene<'_>) -> Vec<Warning> {
+        self.measured.warning().into_iter().collect()
     }
 }

@@ -45,9 +45,12 @@ impl HydrostaticProfile {
         }
         warnings.extend(self.steep_gradient());
         warnings.extend(self.largest_jump());
-        let pressure_ratio = self.lid_pressure() / self.base_pressure().max(self.lid_pressure());
+        // The column ends where it is lighter.
+        let ends = [(self.base(), self.base_pressure()), (self.top(), self.lid_pressure())];
+        let (wall, smallest) = if ends[0].1 < ends[1].1 { ends[0] } else { ends[1] };
+        let pressure_ratio = smallest / ends[0].1.max(ends[1].1);
         if pressure_ratio > Self::LARGEST_LID_PRESSURE {
-            warnings.push(Warning::LidTooLow { lid: self.top(), pressure_ratio });
+            warnings.push(Warning::LidTooLow { lid: wall, pressure_ratio });
         }
         warnings
     }

@@ -23,7 +23,7 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Slab, Warning};
 #[derive(Debug, Clone)]
 pub struct EquationOfStateProfile {
     bins: HeightBins,
-    lid_pressure: f64,
+    open_end_pressure: f64,
     /// Of the scene at the middles of the bins; empty before the first frame.
     temperatures: Vec<f64>,
     weights: Vec<f64>,
@@ -87,7 +87,7 @@ impl EquationOfStateProfile {
         let bins = bins.of(slab)?;
         Ok(Self {
             bins,
-            lid_pressure: 0.0,
+            open_end_pressure: 0.0,
             temperatures: Vec::new(),
             weights: vec![0.0; bins.count()],
             sample: vec![0.0; 2 * bins.count()],
@@ -95,13 +95,13 @@ impl EquationOfStateProfile {
         })
     }
 
-    /// Sets the pressure on the lid, which is taken as exact; it may be set after the run, since it is
+    /// Sets the pressure on the wall at the [open end](crate::Scene::open_end), which is taken as exact; it may be set after the run, since it is
     /// added to the results.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] if not finite.
-    pub fn set_lid_pressure(&mut self, pressure: f64) -> Result<(), Error> {
-        self.lid_pressure = Error::require_finite("pressure on the lid", pressure)?;
+    pub fn set_open_end_pressure(&mut self, pressure: f64) -> Result<(), Error> {
+        self.open_end_pressure = Error::require_finite("pressure at the open end", pressure)?;
         Ok(())
     }
 
@@ -114,7 +114,7 @@ impl EquationOfStateProfile {
     /// Density and pressure of a bin from averages of all bins.
     fn state(&self, means: &[f64], bin: usize) -> (f64, f64) {
         let density = means[bin] / self.bins.volume();
-        let pressure = means[self.bins.count() + bin] / self.bins.base_area() + self.lid_pressure;
+        let pressure = means[self.bins.count() + bin] / self.bins.base_area() + self.open_end_pressure;
         (density, pressure)
     }
 
@@ -273,7 +273,7 @@ impl EquationOfStateProfile {
     }
 }
 
-/// The lid pressure stays this one's.
+/// The pressure at the open end stays this one's.
 impl Merge for EquationOfStateProfile {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;
@@ -318,8 +318,8 @@ mod tests {
         let mut both = EquationOfStateProfile::new(&scene.slab, Bins::count(60).from(0.5).to(30.5)).unwrap();
         let mut density = DensityProfile::new(&scene.slab, Bins::count(60).from(0.5).to(30.5)).unwrap();
         let mut pressure = PressureProfile::new(&scene.slab, Bins::count(60).from(0.5).to(30.5)).unwrap();
-        both.set_lid_pressure(0.5).unwrap();
-        pressure.set_lid_pressure(0.5).unwrap();
+        both.set_open_end_pressure(0.5).unwrap();
+        pressure.set_open_end_pressure(0.5).unwrap();
         for frame in 0..200 {
             scene.place(&ideal_heights(50, frame));
             (&mut both, &mut density, &mut pressure).observe(&scene.frame()).unwrap();

@@ -2,11 +2,11 @@
 
 use super::bins::{Bins, HeightBins, Place};
 use crate::statistics::{BlockAverages, Estimate};
-use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
+use crate::{Error, Frame, Merge, Observer, ObserverError, Slab, Wall};
 
 /// Pressure P(x) that carries the column above,
 ///
-/// P(x) = `P_lid` + (1/A) Σ a(xᵢ) over the spheres with xᵢ > x
+/// P(x) = `P_end` + (1/A) Σ a(xᵢ) over the spheres with xᵢ > x
 ///
 /// (eq. 3 of doi:10.1103/PhysRevE.83.061306), which force balance makes the normal pressure at every
 /// height, layers at the walls included.
@@ -16,8 +16,9 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
 /// error other than the averaging over the bin; a sum over binned densities times Δx, as eq. (3) is
 /// usually evaluated, has one.
 ///
-/// `P_lid` is what the lid bears: zero for a column that ends below it (the default), T n(contact) at the
-/// lid otherwise. It is taken as exact.
+/// `P_end` is what the wall at the [open end](crate::Scene::open_end) bears: zero for a column that ends before it (the
+/// default), T n(contact) there otherwise. It is taken as exact. Where the field pulls up that wall is the base, and the
+/// sum is that of −a(xᵢ) over the spheres with xᵢ < x.
 ///
 /// ```
 /// use gradient_mc::observers::{Bins, PressureProfile};
@@ -33,7 +34,7 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
 #[derive(Debug, Clone)]
 pub struct PressureProfile {
     bins: HeightBins,
-    lid_pressure: f64,
+    open_end_pressure: f64,
     weights: Vec<f64>,
     pressures: Vec<f64>,
     averages: BlockAverages,
@@ -58,19 +59,19 @@ impl PressureProfile {
         let bins = bins.of(slab)?;
         Ok(Self {
             bins,
-            lid_pressure: 0.0,
+            open_end_pressure: 0.0,
             weights: vec![0.0; bins.count()],
             pressures: vec![0.0; bins.count()],
             averages: BlockAverages::new(bins.count())?,
         })
     }
 
-    /// Sets the pressure on the lid; it may be set after the run, since it is added to the results.
+    /// Sets the pressure on the wall at the [open end](crate::Scene::open_end); it may be set after the run, since it is added to the results.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] if not finite.
-    pub fn set_lid_pressure(&mut self, pressure: f64) -> Result<(), Error> {
-        self.lid_pressure = Error::require_finite("pressure on the lid", pressure)?;
+    pub fn set_open_end_pressure(&mut self, pressure: f64) -> Result<(), Error> {
+        self.open_end_pressure = Error::require_finite("pressure at the open end", pressure)?;
         Ok(())
     }
 
@@ -85,7 +86,7 @@ impl PressureProfile {
     #[must_use]
     pub fn means(&self) -> Vec<f64> {
         let area = self.bins.base_area();
-        self.averages.mean().into_iter().map(|weight| weight / area + self.lid_pressure).collect()
+        self.averages.mean().into_iter().map(|weight| weight / area + self.open_end_pressure).collect()
     }
 
     /// The profile, upwards.
@@ -95,14 +96,14 @@ impl PressureProfile {
     pub fn points(&self) -> Result<Vec<PressurePoint>, Error> {
         let area = self.bins.base_area();
         let points = self.bins.centers().zip(self.averages.estimates()?).map(|(height, weight)| {
-            let mean = weight.mean / area + self.lid_pressure;
+            let mean = weight.mean / area + self.open_end_pressure;
             PressurePoint { height, pressure: Estimate::new(mean, weight.standard_error / area) }
         });
         Ok(points.collect())
     }
 }
 
-/// The lid pressure stays this one's.
+/// The pressure at the open end stays this one's.
 impl Merge for PressureProfile {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;
@@ -119,7 +120,7 @@ impl Observer for PressureProfile {
     }
 }
 
-/// Sets `pressures` to the exact means over bins of the weight above a height (not yet divided by the
+/// Sets `pressures` to the exact means over bins of the weight between a height and the open end (not yet divided by the
 /// area), using `weights` as scratch, and calls `count` with the bin of every sphere inside.
 pub(super) fn weigh_column(
     frame: &Frame<'_>,
@@ -131,18 +132,22 @@ pub(super) fn weigh_column(
     weights.fill(0.0);
     pressures.fill(0.0);
     let field = frame.field();
-    let mut above = 0.0;
+    let (mut above, mut all) = (0.0, 0.0);
     for height in frame.heights() {
+        let weight = field.acceleration(height);
+        all += weight;
         match bins.locate(height) {
             Place::Below => {}
-            Place::Above => above += field.acceleration(height),
+            Place::Above => above += weight,
             Place::Inside(bin, fraction) => {
-                let weight = field.acceleration(height);
                 weights[bin] += weight;
                 pressures[bin] += weight * fraction;
                 count(bin);
             }
         }
+    }
+    if frame.scene().open_end() == Wall::Base {
+        above -= all;
     }
     for (pressure, weight) in pressures.iter_mut().zip(weights).rev() {
         *pressure += above;
@@ -174,7 +179,7 @@ mod tests {
         for (low, high, bins) in [(0.0, 150.0, 37), (0.5, 20.5, 100), (3.0, 4.0, 1)] {
             let mut profile =
                 PressureProfile::new(&scene.slab, Bins::count(bins).from(low).to(high)).unwrap();
-            profile.set_lid_pressure(0.25).unwrap();
+            profile.set_open_end_pressure(0.25).unwrap();
             for _ in 0..16 {
                 profile.observe(&scene.frame()).unwrap();
             }
@@ -201,6 +206,6 @@ mod tests {
         // The base carries everything below the first sphere.
         approx::assert_relative_eq!(fine.means()[0], 300.0 / 25.0, max_relative = 1e-12);
         assert!(coarse.merge(&fine).is_err());
-        assert!(coarse.set_lid_pressure(f64::NAN).is_err());
+        assert!(coarse.set_open_end_pressure(f64::NAN).is_err());
     }
 }

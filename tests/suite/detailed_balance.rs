@@ -11,7 +11,8 @@ use crate::common::wrong_rules::{
     EquationThirtyOneAsPrinted, TemperatureInMetropolis, sign_of_displacement, temperature_where_it_starts,
 };
 use gradient_mc::drive::{
-    Automatic, Drive, EquationOfStateClosure, Instantaneous, Scheme, SelfConsistent, log_acceptance,
+    Adaptation, Automatic, Drive, EquationOfStateClosure, Instantaneous, MeasuredShare, Scheme,
+    SelfConsistent, log_acceptance,
 };
 use gradient_mc::equation_of_state::{EquationOfState, FluidSolid};
 use gradient_mc::field::UniformField;
@@ -20,7 +21,7 @@ use gradient_mc::start::{Positions, RandomInsertion};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{
     AcceptedMove, Error, Field, Frame, Observer, ObserverError, Recorder, Scene, Simulation, Slab,
-    TemperatureProfile, Vector3,
+    TemperatureProfile, Vector3, Wall,
 };
 use proptest::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -82,7 +83,7 @@ fn counted_ratios(
     scene: &AnyScene,
     acceleration: impl Fn(f64) -> f64,
     configurations: &[Vec<f64>],
-    lid: f64,
+    end: f64,
     prior: Option<&dyn Fn(usize) -> f64>,
 ) -> Vec<f64> {
     let (mut counts, mut weights) = (vec![0.0; BINS], vec![0.0; BINS]);
@@ -94,8 +95,12 @@ fn counted_ratios(
     }
     (0..BINS)
         .map(|bin| {
-            let on_lid = lid * slab().base_area() * configurations.len() as f64;
-            let pressure = width() * (weights[bin] / 2.0 + weights[bin + 1..].iter().sum::<f64>() + on_lid);
+            let at_end = end * slab().base_area() * configurations.len() as f64;
+            let between = match scene.open_end() {
+                Wall::Lid => weights[bin] / 2.0 + weights[bin + 1..].iter().sum::<f64>(),
+                Wall::Base => -weights[bin] / 2.0 - weights[..bin].iter().sum::<f64>(),
+            };
+            let pressure = width() * (between + at_end);
             match prior {
                 Some(prior) => {
                     let from_wall = middle(bin).min(slab().height() - middle(bin));
@@ -237,7 +242,7 @@ proptest! {
     #![proptest_config(ProptestConfig { cases: 24, ..ProptestConfig::default() })]
 
     /// The field frozen at the start of production is the one measured in the last three quarters of the step that ended
-    /// then, or the theory's if it says so, and does not change any more.
+    /// then, or the theory's where the column was not at rest, and does not change any more.
     #[test]
     fn self_consistent_once_frozen(
         field in field_case(),
@@ -260,9 +265,9 @@ proptest! {
         let equation_of_state = FluidSolid::default();
         let prior = theory_ratio(&scene, &equation_of_state);
         let acceleration = |height| field.acceleration(height);
-        let lid = simulation.lid_pressure();
-        let follows_measurement = simulation.adaptation().follows_measurement();
-        let ratios = counted_ratios(&scene, acceleration, &looked_at, lid, Some(&prior));
+        let end = simulation.open_end_pressure();
+        let follows_measurement = simulation.adaptation().measured_share() != Some(MeasuredShare::NONE);
+        let ratios = counted_ratios(&scene, acceleration, &looked_at, end, Some(&prior));
         let ratio = |bin| if follows_measurement { ratios[bin] } else { prior(bin) };
         let rebuilt = Rebuilt::new(BINS, &slab(), acceleration, scene.temperature(), ratio);
         let potential = potential_with(field, &scene, &rebuilt);

@@ -14,6 +14,7 @@ mod exact_results;
 mod hostile_input;
 mod inputs;
 mod invariants;
+mod mirror_image;
 mod non_isothermal;
 mod reductions;
 mod stability;

@@ -54,7 +54,7 @@ where
         let mut observer = Every::new(interval, ColumnObserver::new()?);
         production.run(sweeps, &mut observer)?;
         let scene = production.scene();
-        let lid_pressure = production.lid_pressure();
+        let lid_pressure = production.open_end_pressure();
         let profile = observer.observer.profile(scene.slab().base_area(), scene.particles(), lid_pressure)?;
         let seconds = cpu_seconds() - start;
         Ok(Stretch { profile, seconds })

@@ -52,7 +52,7 @@ fn lid(height: f64, told: bool, trial: Trial) -> Result<Findings, Failure> {
     let mut run = run(builder.build()?, Length { equilibration: 3000, sweeps: 12_000 }, trial)?;
     let theory = theory(&scene)?;
     if told {
-        run.profile.set_lid_pressure(theory.lid_pressure())?;
+        run.profile.set_open_end_pressure(theory.lid_pressure())?;
     }
     let center = run.center_of_mass(theory.center_of_mass(), 0.03)?;
     let equation_of_state = run.equation_of_state([4.0, 12.0])?;

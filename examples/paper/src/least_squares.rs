@@ -2,7 +2,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
-/// Weighted linear least squares by the normal equations: rows of features, value and weight. NaN if they are singular.
+/// Weighted linear least squares by the normal equations: rows of features, value and weight. NaN if they are singular, that is
+/// if a feature is a combination of others to within a millionth.
 pub fn least_squares<const N: usize>(rows: &[([f64; N], f64, f64)]) -> [f64; N] {
     let mut normal = SMatrix::<f64, N, N>::zeros();
     let mut right = SVector::<f64, N>::zeros();
@@ -11,7 +12,15 @@ pub fn least_squares<const N: usize>(rows: &[([f64; N], f64, f64)]) -> [f64; N] 
         normal += features * features.transpose() * *weight;
         right += features * (weight * value);
     }
-    normal.cholesky().map_or([f64::NAN; N], |cholesky| cholesky.solve(&right).into())
+    let independent = |factor: &SMatrix<f64, N, N>| {
+        (0..N).all(|feature| {
+            factor[(feature, feature)] * factor[(feature, feature)] > 1e-12 * normal[(feature, feature)]
+        })
+    };
+    normal
+        .cholesky()
+        .filter(|cholesky| independent(&cholesky.l()))
+        .map_or([f64::NAN; N], |cholesky| cholesky.solve(&right).into())
 }
 
 #[cfg(test)]

@@ -20,7 +20,7 @@ pub struct SharedArguments {
     #[arg(long, default_value_t = 0, value_parser = thread_count)]
     pub threads: usize,
 
-    /// Directory for the CSV files and pictures [default: out/NAME_OF_THE_PROGRAM]
+    /// Directory for the CSV files and pictures [default: out/PROGRAM]
     #[arg(long)]
     pub out: Option<PathBuf>,
 

@@ -175,7 +175,7 @@ fn crystals_under_their_weight_keep_their_stacking() {
         let mut hexatic = HexaticOrder::new(&slab, 0.5, 0.9, 1.4).unwrap();
         let in_plane = Every::new(10, (&mut distribution, &mut angles, &mut hexatic));
         let profiles = (Every::new(4, &mut density), Every::new(60, &mut structure));
-        simulation.run(12_000, &mut (profiles, in_plane)).unwrap();
+        simulation.run(40_000, &mut (profiles, in_plane)).unwrap();
 
         let below = structure.over(1.0, 7.0).unwrap();
         let right = if cubic { below.face_centered_cubic } else { below.hexagonal_close_packed };

@@ -43,8 +43,9 @@ fn check(arguments: &Arguments) -> Result<(), Failure> {
     const MOST: f64 = Protocol::COLUMN_DENSITY * Slab::MAXIMUM_VOLUME / Protocol::HEIGHT;
     const MOST_SWEEPS: u64 = 1_000_000_000_000;
     const MOST_REPLICAS: u64 = 10_000;
-    let particles = arguments.particles;
-    if !(FEWEST..=MOST).contains(&(particles as f64)) {
+    if let Some(particles) = arguments.particles
+        && !(FEWEST..=MOST).contains(&(particles as f64))
+    {
         return Err(format!("--particles {particles}: take {FEWEST} to {MOST}").into());
     }
     if let Some(width) = arguments.bin_width {

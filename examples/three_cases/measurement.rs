@@ -49,7 +49,7 @@ where
     S: Scheme<F, T>,
 {
     let start: Box<dyn Start> = match protocol.start {
-        StartChoice::Uniform => Box::new(RandomInsertion::default()),
+        StartChoice::RandomInsertion => Box::new(RandomInsertion::default()),
         StartChoice::Theory => Box::new(Theory),
         StartChoice::ClosePacked => Box::new(ClosePacked),
     };

@@ -11,7 +11,7 @@ use std::fmt;
 /// Simulates the three systems of doi:10.1103/PhysRevE.83.061306 and compares each with theory.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Arguments {
-    /// Where the spheres are at first [default: theory; with --paper: uniform]
+    /// Where the spheres are at first [default: theory; with --paper: random-insertion]
     #[arg(long, value_enum)]
     pub(crate) start: Option<StartChoice>,
 
@@ -23,17 +23,18 @@ pub(crate) struct Arguments {
     #[arg(long, value_enum)]
     pub(crate) moves: Option<MovesChoice>,
 
-    /// Sweeps measured in every replica [default: 450; with --paper: 500000]
+    /// Sweeps measured in every replica [default: 6000; with --paper: 500000]
     #[arg(long)]
     pub(crate) sweeps: Option<u64>,
 
-    /// Sweeps before the measurement [default: 400; with --paper: 500000]
+    /// Sweeps before the measurement [default: 3000; with --paper: 500000]
     #[arg(long)]
     pub(crate) equilibration: Option<u64>,
 
-    /// Spheres. The base is a square of area N/40, so that the column stays that of the paper
-    #[arg(long, default_value_t = 25_000)]
-    pub(crate) particles: usize,
+    /// Spheres [default: 2560; with --paper: 25000]. The base is a square of area N/40, so that the column stays
+    /// that of the paper
+    #[arg(long)]
+    pub(crate) particles: Option<usize>,
 
     /// Independent replicas of every case [default: 4; with --paper: 1]
     #[arg(long)]
@@ -43,7 +44,7 @@ pub(crate) struct Arguments {
     #[arg(long)]
     pub(crate) bin_width: Option<f64>,
 
-    /// The full protocol of the paper: uniform start, 500000 sweeps, then five intervals of 100000
+    /// The full protocol of the paper: random insertion of 25 000 spheres, 500000 sweeps, then five intervals of 100000
     /// (hours). Options given beside it take precedence
     #[arg(long)]
     pub(crate) paper: bool,
@@ -53,7 +54,7 @@ pub(crate) struct Arguments {
 #[derive(ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum StartChoice {
     /// Random insertion at n = 0.1: far too high
-    Uniform,
+    RandomInsertion,
     /// The hydrostatic profile of theory: close to the answer, and therefore no evidence
     Theory,
     /// A crystal on the base: far too low
@@ -110,21 +111,21 @@ impl Protocol {
     pub(crate) fn new(arguments: &Arguments, session: &Session) -> Result<Self, Failure> {
         let choose =
             |given: Option<u64>, paper, usual| given.unwrap_or(if arguments.paper { paper } else { usual });
-        let sweeps = choose(arguments.sweeps, 500_000, session.choose(450, 60));
+        let sweeps = choose(arguments.sweeps, 500_000, session.choose(6000, 600));
         let count = if arguments.paper { 5 } else { 1 };
         let replicas = choose(arguments.replicas, 1, 4);
         if replicas == 0 {
             return Err("--replicas must be at least 1".into());
         }
-        let usual_start = if arguments.paper { StartChoice::Uniform } else { StartChoice::Theory };
+        let usual_start = if arguments.paper { StartChoice::RandomInsertion } else { StartChoice::Theory };
         let usual_moves = if arguments.paper { MovesChoice::Local } else { MovesChoice::Both };
         Ok(Self {
             start: arguments.start.unwrap_or(usual_start),
             moves: arguments.moves.unwrap_or(usual_moves),
             scheme: arguments.scheme,
-            particles: arguments.particles,
+            particles: arguments.particles.unwrap_or(if arguments.paper { 25_000 } else { 2560 }),
             replicas,
-            equilibration: choose(arguments.equilibration, 500_000, session.choose(400, 60)),
+            equilibration: choose(arguments.equilibration, 500_000, session.choose(3000, 600)),
             intervals: (0..count).map(|k| sweeps * (k + 1) / count - sweeps * k / count).collect(),
             bin_width: arguments.bin_width.unwrap_or(if arguments.paper { 0.1 } else { 0.5 }),
             first_seed: session.seed(0),

@@ -127,7 +127,7 @@ pub(crate) fn remarks(protocol: &Protocol, reports: &[Report], threads: usize, e
              state reached from above and from below (about {} each):\n\n",
             in_words(Duration::from_secs_f64(seconds)),
         ));
-        for (start, out) in [("uniform", "from_above"), ("compact", "from_below")] {
+        for (start, out) in [("random-insertion", "from_above"), ("close-packed", "from_below")] {
             text.push_str(&format!(
                 "  cargo run --release --example three_cases -- --moves {moves} --particles {particles} \
                  --equilibration {sweeps} --sweeps {sweeps} --start {start} --out out/{out}\n"

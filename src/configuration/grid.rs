@@ -4,10 +4,6 @@ use super::reach::{PARTS, Reach};
 use crate::Slab;
 use wide::f32x4;
 
-/// The 27 cells around and including one: bit 9 layer + 3 row + column of a set of cells, each
-/// counted from the cell before.
-pub(super) const NEIGHBORS: usize = 27;
-
 /// How one of the 27 cells lies to the middle one: a line of the cache.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]

@@ -1,8 +1,9 @@
 //! Whether a sphere at a position would overlap another.
 
-use super::grid::{Grid, NEIGHBORS, Neighbor, Site};
+use super::grid::{Grid, Neighbor, Site};
 use super::layer::{Layer, NONE};
 use super::page::{Page, SLOTS};
+use super::reach::NEIGHBORS;
 use wide::{f32x4, u32x4};
 
 /// Bound on the error of a squared distance in single precision, near one.

@@ -1,8 +1,10 @@
 //! Which neighboring cells come within one diameter of a place.
 
-use super::grid::NEIGHBORS;
 use wide::u8x16;
 
+/// The 27 cells around and including one: bit 9 layer + 3 row + column of a set of cells, each
+/// counted from the cell before.
+pub(super) const NEIGHBORS: usize = 27;
 /// Parts of a cell along each axis that are told apart.
 pub(super) const PARTS: usize = 16;
 /// Parts along each axis that differ in which cells are visited first.

@@ -1,20 +1,12 @@
 //! Errors of series of correlated numbers.
 
+use super::chi_squared::chi_squared_quantile;
 use super::memory::memory;
 use super::{BlockAverages, Estimate, MINIMUM_BLOCKS, larger, mean};
 use crate::Error;
 
 /// What too few numbers are too few for.
 const ERROR: &str = "numbers of a series for a standard error";
-
-/// The quantile of the χ² distribution that a normal number has at so many standard deviations, after
-/// Wilson and Hilferty (doi:10.1073/pnas.17.12.684). For 0.99 it is right within 1 % at one degree of
-/// freedom and 0.25 % above.
-pub(super) fn chi_squared_quantile(degrees: usize, sigmas: f64) -> f64 {
-    let spread = 2.0 / (9.0 * degrees as f64);
-    let root = 1.0 - spread + sigmas * spread.sqrt();
-    degrees as f64 * root * root * root
-}
 
 /// Mean of a series of correlated numbers, with its error by automated blocking.
 ///
@@ -165,20 +157,6 @@ pub fn drift(series: &[f64]) -> Result<Estimate, Error> {
 mod tests {
     use super::*;
     use crate::statistics::test_series::autoregressive;
-    use statrs::distribution::{ChiSquared, ContinuousCDF};
-
-    #[test]
-    fn quantiles_are_those_of_chi_squared() {
-        for degrees in 1..=40_u32 {
-            let exact = ChiSquared::new(f64::from(degrees)).unwrap().inverse_cdf(0.99);
-            let tolerance = if degrees == 1 { 0.01 } else { 0.0025 };
-            approx::assert_relative_eq!(
-                chi_squared_quantile(degrees as usize, 2.326_347_874_040_841),
-                exact,
-                max_relative = tolerance
-            );
-        }
-    }
 
     /// Mean over many series of the squared error claimed, in units of the exact one, and mean of the
     /// squared deviation from the exact mean in units of the claimed one.

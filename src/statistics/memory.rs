@@ -1,7 +1,7 @@
 //! How long series remember, and what that makes of the error of their mean: the one rule for
 //! blocks, for profiles and for the diagnostics of runs.
 
-use super::blocking::chi_squared_quantile;
+use super::chi_squared::chi_squared_quantile;
 use super::{larger, mean};
 
 /// Fewest independent configurations from which anything is concluded without a

@@ -15,6 +15,7 @@
 mod autocorrelation;
 mod block_averages;
 mod blocking;
+mod chi_squared;
 pub mod deviations;
 mod equilibration;
 mod estimate;

@@ -1,8 +1,22 @@
 //! Trials that are prepared together.
 
-use super::visit::{Place, Slice};
-use crate::configuration::{Grid, NOBODY, Probe, Site, Spot, neighbors_of, occupied_in_reach, wrap};
+use crate::configuration::{Grid, Layer, NOBODY, Probe, Site, Spot, neighbors_of, occupied_in_reach, wrap};
 use wide::f32x8;
+
+/// Where a sphere of the domain is.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct Place {
+    pub(super) layer: u32,
+    pub(super) index: u32,
+}
+
+/// Layers whose spheres move, between two whose spheres do not.
+pub(super) struct Slice<'a> {
+    /// The first and the last are only looked at.
+    pub(super) layers: &'a mut [Layer],
+    /// Index along x of the first whose spheres move.
+    pub(super) first: usize,
+}
 
 /// Trials in a batch.
 pub(super) const BATCH: usize = 8;

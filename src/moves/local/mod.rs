@@ -10,10 +10,11 @@ use crate::configuration::Layer;
 use crate::drive::Drive;
 use crate::random::Generator;
 use crate::{Error, Field, Slab, TemperatureProfile};
+use batch::Slice;
 use domains::{Domains, Sizes};
 use rand::{Rng, SeedableRng};
 pub use tuning::TunedDisplacements;
-use visit::{Common, Outcome, Scratch, Slice};
+use visit::{Common, Outcome, Scratch};
 
 /// Moves of one sphere, chosen at random, by a displacement uniform in the cube (−S, S)³.
 ///

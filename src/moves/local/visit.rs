@@ -1,10 +1,10 @@
 //! The trials of one domain.
 
 use super::LocalMoves;
-use super::batch::{BATCH, Rules, Targets, Trial, Trials};
+use super::batch::{BATCH, Place, Rules, Slice, Targets, Trial, Trials};
 use super::domains::Domains;
 use crate::Scene;
-use crate::configuration::{Grid, Layer, NOBODY, neighbors_of};
+use crate::configuration::{Grid, NOBODY, neighbors_of};
 use crate::drive::{Drive, log_acceptance};
 use crate::observer::AcceptedMove;
 use crate::random::{Generator, index, unit};
@@ -19,13 +19,6 @@ const CROWDED: usize = 4;
 #[inline(never)]
 fn again(pending: &mut u32, stale: u32) {
     *pending |= stale;
-}
-
-/// Where a sphere of the domain is.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Place {
-    pub(super) layer: u32,
-    pub(super) index: u32,
 }
 
 /// What the trials of a slab came to.
@@ -64,14 +57,6 @@ impl Scratch {
     pub(super) fn for_spheres(count: usize) -> Self {
         Self(vec![Census { moving: Vec::with_capacity(count), looked_at: Vec::new() }])
     }
-}
-
-/// Layers whose spheres move, between two whose spheres do not.
-pub(super) struct Slice<'a> {
-    /// The first and the last are only looked at.
-    pub(super) layers: &'a mut [Layer],
-    /// Index along x of the first whose spheres move.
-    pub(super) first: usize,
 }
 
 /// What all domains read.

@@ -340,8 +340,8 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
         self.engine.local()?.tuning()
     }
 
-    /// Centers of the spheres, in diameters; what a later run needs to go on from here with
-    /// [`start::Positions`](crate::start::Positions).
+    /// Centers of the spheres, in diameters: where another run can start, with
+    /// [`start::Positions`](crate::start::Positions) and another seed.
     pub fn positions(&self) -> Vec<Vector3<f64>> {
         self.configuration.positions().iter().map(|&position| position.into()).collect()
     }

@@ -5,7 +5,7 @@ use crate::statistics::{Estimate, FEWEST_INDEPENDENT, drift, mean, memory, plate
 use crate::warning::MixingEvidence;
 use crate::{Quantity, Warning};
 
-/// The series of the center of mass, and what equilibrium demands of it.
+/// The series of the center of mass, what equilibrium demands of it, and the slowest of all series.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Mixing<'a> {
     series: &'a [f64],

@@ -123,17 +123,13 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
         T: Clone,
         E: Clone,
     {
-        let beginning = |packing_fraction: f64| {
-            let eta = packing_fraction.clamp(0.0, 1.0);
-            (1.0 - eta) / (2.0 * (1.0 + 2.0 * eta))
-        };
         let with_walls =
             |base: f64, lid: f64| self.clone().base(base).lid(slab.height() - lid).column_density(spheres);
         // A box so full that this leaves no room for its fluid may still be wide enough for it.
         let near = with_walls(0.25, 0.25).or_else(|_| with_walls(0.0, 0.0))?;
         let at_lid = near.packing_fraction(near.top());
         // One step is enough: a base that is off by 0.1 changes the packing fraction there by some thousandths.
-        with_walls(beginning(near.base_packing_fraction()), beginning(at_lid))
+        with_walls(bulk_beginning(near.base_packing_fraction()), bulk_beginning(at_lid))
     }
 
     /// Solves for a given pressure at the base, in m g/d².
@@ -173,6 +169,12 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
             trials: Cell::new(0),
         })
     }
+}
+
+/// How far from a hard wall the bulk of a fluid begins that holds as many spheres as there are with the layers.
+pub(crate) fn bulk_beginning(packing_fraction: f64) -> f64 {
+    let eta = packing_fraction.clamp(0.0, 1.0);
+    (1.0 - eta) / (2.0 * (1.0 + 2.0 * eta))
 }
 
 impl<F: Field, T: TemperatureProfile> Scene<F, T> {

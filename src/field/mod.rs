@@ -1,7 +1,11 @@
 //! External fields: how heavy a sphere is at each height.
 //!
 //! To add a field, implement [`Field`] for a type of your own (one method), or wrap a closure in
-//! [`FieldFn`].
+//! [`FieldFn`]. [`DesignedField`] is made for a wanted density profile.
+
+mod designed;
+
+pub use designed::DesignedField;
 
 use crate::numerics::{differentiate_above, integrate_panel};
 use crate::{Error, Slab};

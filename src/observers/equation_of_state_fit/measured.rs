@@ -8,7 +8,7 @@ use nalgebra::DVector;
 use std::f64::consts::PI;
 
 /// Fits have this many terms at least.
-const FEWEST_TERMS: usize = 3;
+pub(super) const FEWEST_TERMS: usize = 3;
 
 /// One of the two routes to Z.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

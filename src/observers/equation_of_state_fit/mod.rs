@@ -11,7 +11,7 @@ mod tests;
 pub use measured::{EquationOfStateCurve, MeasuredEquationOfState};
 
 use super::bins::{Bins, HeightBins};
-use crate::equation_of_state::packing_fraction;
+use crate::equation_of_state::{EquationOfState, Series, packing_fraction};
 use crate::statistics::BlockAverages;
 use crate::{AcceptedMove, Collision, Error, Frame, Merge, Observer, ObserverError, Recorder, Scene, Slab};
 use collisions::Collisions;
@@ -136,6 +136,24 @@ impl EquationOfStateFit {
             })
         })?;
         Ok(MeasuredEquationOfState::new(&jackknife, heights, self.highest_packing_fraction(range)))
+    }
+
+    /// Z by collisions alone and without errors, for runs too short for [`result`](Self::result): with three coefficients, and
+    /// without the eight diameters at either wall.
+    ///
+    /// # Errors
+    /// [`Error::TooFewObservations`] before the first 64 frames, and if no event chains were seen.
+    pub fn collisions_without_errors(&self) -> Result<impl EquationOfState + use<>, Error> {
+        const LAYERS: f64 = 8.0;
+        let mean = self.averages.mean();
+        let means = collisions::Means::of(&mean[self.ranks.components()..], self.bins.count());
+        let range = bins_in(&self.bins, [LAYERS, self.slab.height() - LAYERS]);
+        let coefficients = means.fit(range, measured::FEWEST_TERMS).filter(|_| self.intervals() > 0);
+        coefficients.map(|coefficients| Series::new(&coefficients)).ok_or(Error::TooFewObservations {
+            what: "intervals of 64 frames with event chains",
+            available: 0,
+            needed: 1,
+        })
     }
 
     /// The largest smoothed packing fraction in bins of `range`.

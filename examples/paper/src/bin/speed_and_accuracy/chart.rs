@@ -1,6 +1,7 @@
 //! The pictures.
 
-use crate::contest::{Contest, Task};
+use crate::contest::{Contest, Task, Way};
+use crate::gradient::{Column, Route};
 use crate::method::{Method, Moves, Scheme, Start};
 use crate::point::{Point, Quantity};
 use crate::reference::Reference;
@@ -19,6 +20,7 @@ fn color(moves: Moves) -> RGBColor {
         Moves::Tuned => colors::GREEN,
         Moves::ChainsAndTuned => colors::BLUE,
         Moves::ChainsAlone => colors::PURPLE,
+        Moves::OwnEquation => colors::SKY,
     }
 }
 
@@ -94,7 +96,10 @@ impl Data<'_> {
         color: RGBColor,
     ) -> Panel {
         let of = |threads: usize| -> Vec<&Point> {
-            let own = |point: &&Point| point.simulation(threads).is_some_and(|(own, _)| own == method);
+            let own = |point: &&Point| {
+                point.simulation(threads).is_some_and(|(own, _)| own == method)
+                    && quantity.of(&point.errors).is_finite()
+            };
             self.points.iter().filter(own).collect()
         };
         let single = of(1);
@@ -232,19 +237,32 @@ pub(crate) fn claims(all: &[Data<'_>]) -> Figure {
 
 /// A panel of the contest for the equation of state.
 fn contest_panel(contest: &Contest, task: Task, target: f64, place: Place) -> Panel {
-    const RANGE: [f64; 2] = [1e-3, 1e2];
-    const ERROR: [f64; 2] = [1e-4, 1.0];
-    let title = format!("equation of state at so many packing fractions, {}", task.label());
+    const RANGE: [f64; 2] = [1e-2, 3e1];
+    const ERROR: [f64; 2] = [5e-4, 0.3];
+    let (title, error) = match task {
+        Task::Densities(..) => {
+            (format!("equation of state at packing fractions, {}", task.label()), "rms of Z/Z(KLM) − 1")
+        }
+        _ => (format!("{} homogeneous points", task.label()), "largest error of Z(η)"),
+    };
     let mut panel = Panel::new(
         place,
         Axis::logarithmic("CPU seconds, of all runs together", RANGE[0], RANGE[1]),
-        Axis::logarithmic("rms of Z/Z(KLM) − 1", ERROR[0], ERROR[1]),
+        Axis::logarithmic(error, ERROR[0], ERROR[1]),
     )
     .with_title(&title)
     .with_legend(Corner::BottomLeft)
     .line("", colors::GRAY, Mark::Dashed, [(RANGE[0], target), (RANGE[1], target)]);
-    let palette = [colors::INK, colors::BLUE, colors::GREEN, colors::VERMILION, colors::PURPLE];
-    for (way, color) in contest.ways().into_iter().zip(palette) {
+    let ways = [
+        (Way::Gradient(Column::Designed, Route::Collisions), colors::BLUE),
+        (Way::Gradient(Column::RandomStart, Route::Collisions), colors::GREEN),
+        (Way::Gradient(Column::RandomStart, Route::Ranks), colors::VERMILION),
+        (Way::Gradient(Column::Uniform, Route::Both), colors::SKY),
+        (Way::Local, colors::GRAY),
+        (Way::Chains, colors::PURPLE),
+        (Way::ChainsAtPace, colors::INK),
+    ];
+    for (way, color) in ways {
         let points: Vec<(f64, f64)> = contest
             .points(way, task)
             .iter()
@@ -280,13 +298,16 @@ pub(crate) fn overview(all: &[Data<'_>], contest: &Contest, target: f64) -> Figu
         }
         figure = figure.panel(panel);
     }
-    figure.panel(contest_panel(contest, Task::NINE, target, quarter(1, 1)))
+    figure.panel(contest_panel(contest, Task::SEVENTEEN, target, quarter(1, 1)))
 }
 
 impl Data<'_> {
     /// As [`series`](Self::series), with the base in place of the start and without the second thread.
     fn series_of_base(&self, panel: Panel, method: Method, quantity: Quantity, label: &str) -> Panel {
-        let own = |point: &&Point| point.simulation(1).is_some_and(|(own, _)| own == method);
+        let own = |point: &&Point| {
+            point.simulation(1).is_some_and(|(own, _)| own == method)
+                && quantity.of(&point.errors).is_finite()
+        };
         let points: Vec<&Point> = self.points.iter().filter(own).collect();
         let line: Vec<(f64, f64)> =
             points.iter().map(|point| (point.seconds, quantity.of(&point.errors))).collect();
@@ -301,10 +322,11 @@ impl Data<'_> {
     }
 }
 
-/// What the gradient buys, for nine and for seventeen packing fractions.
+/// What the gradient buys: at nine, seventeen and sixty-five packing fractions, and for the whole curve.
 pub(crate) fn contest(contest: &Contest, target: f64) -> Figure {
-    let half = |left: f64| Place { left, top: 0.07, width: 0.5, height: 0.93 };
-    Figure::new("The equation of state from one gradient run, and from homogeneous runs, from scratch")
-        .panel(contest_panel(contest, Task::NINE, target, half(0.0)))
-        .panel(contest_panel(contest, Task::SEVENTEEN, target, half(0.5)))
+    let tasks = [Task::NINE, Task::SEVENTEEN, Task::SIXTY_FIVE, Task::Curve(8)];
+    let title = "The equation of state from one gradient run, and from homogeneous runs, from scratch";
+    tasks.into_iter().enumerate().fold(Figure::new(title).with_size(1600, 1400), |figure, (index, task)| {
+        figure.panel(contest_panel(contest, task, target, quarter(index % 2, index / 2)))
+    })
 }

@@ -3,19 +3,23 @@
 use crate::method::{Method, Moves, Scheme, Start};
 use crate::profile::{COLUMN_DENSITY, ColumnObserver, HEIGHT, Profile};
 use crate::system::System;
+use crate::theory;
 use gradient_mc::drive::{
     self, Automatic, AveragedThenFrozen, EquationOfStateClosure, Instantaneous, RunningAverage,
     SelfConsistent,
 };
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves};
+use gradient_mc::observers::EquationOfStateFit;
 use gradient_mc::temperature::Isothermal;
-use gradient_mc::{Every, Field, Scene, Simulation, Slab, TemperatureProfile, start};
+use gradient_mc::{Error, Every, Field, Scene, Simulation, Slab, TemperatureProfile, start};
 use paper::Failure;
 use paper::clock::cpu_seconds;
 
 /// The paper's largest displacement.
 const DISPLACEMENT: f64 = 0.75;
+/// Diameters at the base that a short run takes for layers.
+const LAYERS: f64 = 8.0;
 
 /// What was measured in a stretch of a run.
 #[derive(Debug, Clone)]
@@ -31,7 +35,7 @@ pub(crate) trait Column: Send {
     fn equilibrate(&mut self, sweeps: u64) -> Result<f64, Failure>;
 
     /// What a production run that began here would measure. The column itself stays where it is.
-    fn measure(&self, sweeps: u64) -> Result<Stretch, Failure>;
+    fn measure(&self, sweeps: u64, moves: Moves) -> Result<Stretch, Failure>;
 }
 
 impl<F, T, S> Column for Simulation<F, T, S>
@@ -46,16 +50,33 @@ where
         Ok(cpu_seconds() - start)
     }
 
-    fn measure(&self, sweeps: u64) -> Result<Stretch, Failure> {
+    fn measure(&self, sweeps: u64, moves: Moves) -> Result<Stretch, Failure> {
         // Neighboring sweeps look alike; of a short run every one is wanted.
         let interval = (sweeps / 250).clamp(1, 5);
         let mut production = self.clone();
         let start = cpu_seconds();
         let mut observer = Every::new(interval, ColumnObserver::new()?);
-        production.run(sweeps, &mut observer)?;
+        let mut fit = match moves {
+            Moves::OwnEquation => Some(EquationOfStateFit::new(production.scene())?),
+            _ => None,
+        };
+        production.run(sweeps, &mut (&mut observer, &mut fit))?;
         let scene = production.scene();
         let lid_pressure = production.open_end_pressure();
-        let profile = observer.observer.profile(scene.slab().base_area(), scene.particles(), lid_pressure)?;
+        let mut profile =
+            observer.observer.profile(scene.slab().base_area(), scene.particles(), lid_pressure)?;
+        if let Some(fit) = fit {
+            let (solved, layers) = match fit.result() {
+                Ok(measured) => (scene.hydrostatics(&measured.collisions()), measured.heights()[0]),
+                Err(Error::TooFewObservations { .. }) => {
+                    (scene.hydrostatics(&fit.collisions_without_errors()?), LAYERS)
+                }
+                Err(error) => return Err(error.into()),
+            };
+            // A run that is too short may have an equation of state that bears no column.
+            let bulk = solved.map_or_else(|_| Profile::unknown(), |solved| theory::binned(&solved));
+            profile.take_above(&bulk, layers);
+        }
         let seconds = cpu_seconds() - start;
         Ok(Stretch { profile, seconds })
     }
@@ -114,6 +135,7 @@ where
         Moves::Tuned => LocalMoves::tuned().into(),
         Moves::ChainsAndTuned => EventChains::default().local_moves(Some(LocalMoves::tuned())).into(),
         Moves::ChainsAlone => EventChains::default().local_moves(None).into(),
+        Moves::OwnEquation => EventChains::default().vertical_fraction(0.5)?.local_moves(None).into(),
     };
     let moves: gradient_mc::moves::Moves = moves;
     let start: Box<dyn start::Start> = match method.start {

@@ -30,12 +30,12 @@ mod theory;
 mod verdict;
 
 use chart::Data;
-use contest::Contest;
+use contest::{Contest, Task};
 use method::Method;
 use paper::{Ending, Failure, Report, Session, study};
 use point::Quantity;
 use reference::Reference;
-use series::{Checkpoint, Task};
+use series::Checkpoint;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use system::System;
@@ -55,8 +55,8 @@ struct Arguments {
     /// CPU seconds of the longest run that is waited for on the small base; twice as many on the full one
     #[arg(long, default_value_t = 1.5)]
     patience: f64,
-    /// CPU seconds of the longest gradient run for the equation of state; a quarter for the homogeneous ones, each way
-    #[arg(long, default_value_t = 16.0)]
+    /// CPU seconds of the longest gradient run for the equation of state, and of seventeen homogeneous ones together
+    #[arg(long, default_value_t = 4.0)]
     gradient_patience: f64,
     /// Leaves out the full base, for a quick look
     #[arg(long)]
@@ -94,7 +94,8 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
         }
         points.push(own);
     }
-    let contest = Contest::run(session, session.choose(arguments.gradient_patience, 0.5))?;
+    let pace = pace::measure(session.seed)?;
+    let contest = Contest::run(session, session.choose(arguments.gradient_patience, 0.2), &pace)?;
     let all: Vec<Data<'_>> = System::ALL
         .into_iter()
         .zip(&points)
@@ -106,7 +107,7 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     for refusal in &refusals {
         println!("no result: {}, {}: {}", refusal.name, refusal.system.title(), refusal.reason);
     }
-    println!("{}", pace::table(session.seed)?);
+    println!("{}", pace.table());
     conclude_from(&all, &contest, arguments.target, report)
 }
 
@@ -136,18 +137,18 @@ fn simulate(arguments: &Arguments, session: &Session) -> Result<Vec<Followed>, F
         .filter(|(_, method)| !((arguments.small || session.short) && method.is_full()))
         .collect();
     methods.sort_by_key(|(_, method)| !method.is_full());
-    let tasks: Vec<Task> = methods
+    let tasks: Vec<series::Task> = methods
         .iter()
         .flat_map(|&(system, method)| {
             let patience =
                 session.choose(arguments.patience, 0.02) * if method.is_full() { 2.0 } else { 1.0 };
             (0..replicas_of(&method)).map(move |replica| {
                 let seed = session.seed(replica);
-                Task { system, method, seed, patience }
+                series::Task { system, method, seed, patience }
             })
         })
         .collect();
-    let followed = session.run_each("simulations", tasks, |task: Task| task.follow())?;
+    let followed = session.run_each("simulations", tasks, |task: series::Task| task.follow())?;
     let mut followed = followed.into_iter();
     let mut all = Vec::new();
     for (system, method) in methods {
@@ -198,16 +199,16 @@ fn conclude_from(
         }
     }
     println!("{}", report::threads_table(all));
-    for (temperature, densest, particles) in contest.columns()? {
-        println!(
-            "gradient at T = {temperature}: {particles} spheres, packing fraction up to {densest:.3} above the layers"
-        );
+    for (column, spheres) in contest.columns() {
+        println!("{}: {spheres} spheres", column.label());
     }
     println!("\n{}", report::deviations_table(contest));
     for target in [4.0 * target, 2.0 * target, target, 0.5 * target] {
-        println!("\n{}", report::contest_table(contest, target, true));
+        for tasks in [Task::DENSITIES, Task::CURVES] {
+            println!("\n{}", report::contest_table(contest, &tasks, target, true));
+        }
     }
-    println!("\n{}", report::contest_table(contest, target, false));
+    println!("\n{}", report::contest_table(contest, &Task::DENSITIES, target, false));
     println!("≈: not reached; as if the error fell on with the square root of time.");
     report.verdicts = verdict::judge(all, contest, target);
     report.finish()

@@ -12,10 +12,14 @@ pub(crate) enum Moves {
     /// Event chains, and tuned local moves between them.
     ChainsAndTuned,
     ChainsAlone,
+    /// Event chains alone, half of them lateral, whose collisions tell the equation of state: above the layers n and P are those of
+    /// hydrostatics with it.
+    OwnEquation,
 }
 
 impl Moves {
-    pub(crate) const ALL: [Self; 4] = [Self::Paper, Self::Tuned, Self::ChainsAndTuned, Self::ChainsAlone];
+    pub(crate) const ALL: [Self; 5] =
+        [Self::Paper, Self::Tuned, Self::ChainsAndTuned, Self::ChainsAlone, Self::OwnEquation];
 
     pub(crate) fn label(self) -> &'static str {
         match self {
@@ -23,6 +27,7 @@ impl Moves {
             Self::Tuned => "tuned local moves",
             Self::ChainsAndTuned => "chains and tuned moves",
             Self::ChainsAlone => "event chains alone",
+            Self::OwnEquation => "event chains, own equation of state",
         }
     }
 }

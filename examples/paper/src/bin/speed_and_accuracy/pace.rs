@@ -12,15 +12,35 @@ use paper::table::Table;
 
 const TURNS: usize = 5;
 
-/// Million trials and million events per CPU second of both, medians of turns.
-pub(crate) fn table(seed: u64) -> Result<Table, Failure> {
-    let mut table = Table::new([
-        "million per CPU second",
-        "trials, homogeneous",
-        "trials, library",
-        "events, homogeneous",
-        "events, library",
-    ]);
+/// Million trials and million events per CPU second: of both at each packing fraction, homogeneous before the library's.
+#[derive(Debug)]
+pub(crate) struct Pace(Vec<(f64, [f64; 4])>);
+
+impl Pace {
+    /// Events of the library over those of homogeneous chains, the geometric mean over packing fractions.
+    pub(crate) fn chains(&self) -> f64 {
+        let logarithms: f64 = self.0.iter().map(|(_, [.., own, library])| libm::log(library / own)).sum();
+        libm::exp(logarithms / self.0.len() as f64)
+    }
+
+    pub(crate) fn table(&self) -> Table {
+        let mut table = Table::new([
+            "million per CPU second",
+            "trials, homogeneous",
+            "trials, library",
+            "events, homogeneous",
+            "events, library",
+        ]);
+        for (eta, rates) in &self.0 {
+            table.row(&format!("packing fraction {eta}"), rates.map(|rate| format!("{rate:.1}")));
+        }
+        table
+    }
+}
+
+/// Medians of turns.
+pub(crate) fn measure(seed: u64) -> Result<Pace, Failure> {
+    let mut all = Vec::new();
     for eta in [0.1, 0.25, 0.45] {
         let mut rates: [Vec<f64>; 4] = Default::default();
         let mut local = Homogeneous::new(4, eta, Technique::Local, seed);
@@ -51,13 +71,13 @@ pub(crate) fn table(seed: u64) -> Result<Table, Failure> {
                 Ok(events.move_counts().events - before)
             })?);
         }
-        let cells = rates.map(|mut rates| {
+        let medians = rates.map(|mut rates| {
             rates.sort_by(f64::total_cmp);
-            format!("{:.1}", rates[TURNS / 2])
+            rates[TURNS / 2]
         });
-        table.row(&format!("packing fraction {eta}"), cells);
+        all.push((eta, medians));
     }
-    Ok(table)
+    Ok(Pace(all))
 }
 
 /// Millions per CPU second.

@@ -31,6 +31,20 @@ pub(crate) fn middle(bin: usize) -> f64 {
 }
 
 impl Profile {
+    /// Not a number at any height.
+    pub(crate) fn unknown() -> Self {
+        let none = vec![f64::NAN; BINS];
+        Self { density: none.clone(), pressure: none, center_of_mass: f64::NAN, ..Self::default() }
+    }
+
+    /// Replaces n, P and the center of mass by those of `other`, n and P from `height` up.
+    pub(crate) fn take_above(&mut self, other: &Self, height: f64) {
+        for bin in (0..BINS).filter(|&bin| bin as f64 * BIN_HEIGHT >= height) {
+            (self.density[bin], self.pressure[bin]) = (other.density[bin], other.pressure[bin]);
+        }
+        self.center_of_mass = other.center_of_mass;
+    }
+
     /// The mean of independent profiles; errors are those that they claim.
     pub(crate) fn mean(profiles: &[&Self]) -> Self {
         let count = profiles.len() as f64;

@@ -132,7 +132,7 @@ pub(crate) fn make(session: &Session, directory: &Path) -> Result<(), Failure> {
         let seed = session.seed(base + replica);
         let (mut column, mut seconds) = column::build(system, method, seed)?;
         seconds += column.equilibrate(session.choose(equilibration(system), 100))?;
-        let stretch = column.measure(sweeps)?;
+        let stretch = column.measure(sweeps, method.moves)?;
         Ok((stretch.profile, seconds + stretch.seconds))
     })?;
     let mut runs: Vec<Runs> = outcomes

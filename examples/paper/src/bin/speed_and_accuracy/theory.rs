@@ -109,7 +109,7 @@ impl Claims {
 }
 
 /// A profile in bins.
-fn binned(theory: &HydrostaticProfile) -> Profile {
+pub(crate) fn binned(theory: &HydrostaticProfile) -> Profile {
     let mut below = theory.column_below(0.0);
     let density = (0..BINS)
         .map(|bin| {

@@ -142,7 +142,9 @@ impl Judge {
                 ),
             );
         }
-        for task in [Task::NINE, Task::SEVENTEEN] {
+        for task in
+            [Task::NINE, Task::SEVENTEEN, Task::SIXTY_FIVE, Task::Curve(8), Task::ChemicalPotential(8)]
+        {
             let [gradient, homogeneous] = report::best(contest, task, target, true);
             let words = |found: Option<(Way, Crossing)>| {
                 found.map_or("not reached".to_owned(), |(way, time)| format!("{}, {time} s", way.label()))
@@ -150,7 +152,7 @@ impl Judge {
             self.claim(
                 homogeneous.is_some_and(|(_, time)| !time.extrapolated),
                 &format!(
-                    "equation of state at {} packing fractions is known to {} % after: {}; {}",
+                    "equation of state ({}) is known to {} % after: {}; {}",
                     task.label(),
                     100.0 * target,
                     words(homogeneous),
@@ -158,7 +160,11 @@ impl Judge {
                 ),
             );
             for (name, opponent) in [
-                ("the best", homogeneous.map(|(_, time)| time)),
+                ("event chains", report::time_to(contest, Way::Chains, task, target, true)),
+                (
+                    "event chains at the library's pace",
+                    report::time_to(contest, Way::ChainsAtPace, task, target, true),
+                ),
                 ("local moves", report::time_to(contest, Way::Local, task, target, true)),
             ] {
                 if let (Some((_, gradient)), Some(opponent)) = (gradient, opponent) {

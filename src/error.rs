@@ -333,6 +333,22 @@ pub enum Error {
         /// Independent observations from there on.
         effective_sample_size: f64,
     },
+    /// An observer of one run was shown a frame of another: of another scene, or of a run that starts anew, whose sweeps do
+    /// not go on where they were.
+    #[error(
+        "an observer looks at one run, but the {what} was {seen} and is now {shown}: take an observer of its own for \
+         another run, and pool them with `Merge`", seen = figures(*seen), shown = figures(*shown)
+    )]
+    #[non_exhaustive]
+    AnotherRun {
+        /// What differs: a length of the slab, the number of spheres, field or temperature at some height, or the number
+        /// of the sweep, which did not increase.
+        what: &'static str,
+        /// Its value in the frames before.
+        seen: f64,
+        /// Its value in the frame that was refused.
+        shown: f64,
+    },
     /// A start, a scheme or an adaptation of a user's own failed with an error of its own.
     #[error(transparent)]
     Custom(Box<dyn std::error::Error + Send + Sync>),

@@ -132,10 +132,15 @@ pub enum Error {
         /// The moves.
         moves: &'static str,
     },
-    /// The effective potential of a non-isothermal scene is not finite at some height.
+    /// The reduced potential of a scene is not finite at some height.
     #[error(
-        "the reduced potential is {potential} at height {height}: the scene is too steep there",
-        height = figures(*height), potential = figures(*potential)
+        "the reduced potential is {potential} at height {height}: {cause}",
+        height = figures(*height), potential = figures(*potential),
+        cause = if potential.is_nan() {
+            "field or temperature are no numbers there"
+        } else {
+            "the scene is too steep there"
+        }
     )]
     #[non_exhaustive]
     InvalidPotential {

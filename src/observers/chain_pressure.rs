@@ -44,6 +44,8 @@ pub struct ChainPressureProfile {
     /// and the two path lengths.
     sample: Vec<f64>,
     particles: f64,
+    /// Sweeps that ended with an error, up to the last frame.
+    incomplete: u64,
     averages: BlockAverages,
 }
 
@@ -92,6 +94,7 @@ impl ChainPressureProfile {
             paths: [0.0; 2],
             sample: vec![0.0; components],
             particles: 0.0,
+            incomplete: 0,
             averages: BlockAverages::new(components)?,
         })
     }
@@ -165,6 +168,12 @@ impl Observer for ChainPressureProfile {
         if self.temperatures.is_empty() {
             self.temperatures = self.stretches.centers().map(temperature).collect();
             self.particles = frame.particles() as f64;
+        }
+        let incomplete = frame.move_counts().incomplete_sweeps;
+        if std::mem::replace(&mut self.incomplete, incomplete) != incomplete {
+            // A chain that ended with an error has collisions and no length.
+            self.collisions.fill(0.0);
+            self.paths = [0.0; 2];
         }
         let bins = self.bins.count();
         let divisions = self.stretches.count() / bins;

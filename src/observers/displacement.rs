@@ -3,7 +3,7 @@
 use super::bins::{Bins, HeightBins, Place};
 use super::one_run::OneRun;
 use crate::statistics::{BlockAverages, Estimate};
-use crate::{AcceptedMove, Error, Frame, Merge, Observer, ObserverError, Recorder, Slab};
+use crate::{AcceptedMove, Error, Frame, Merge, MoveCounts, Observer, ObserverError, Recorder, Slab};
 
 /// How far spheres move, against the height at which a move begins.
 ///
@@ -16,7 +16,8 @@ use crate::{AcceptedMove, Error, Frame, Merge, Observer, ObserverError, Recorder
 ///
 /// Accepted moves are counted as they happen, the spheres of a bin when a frame is observed. What is
 /// observed is therefore *intervals*: the moves since the previous frame. Moves before the first frame
-/// count for nothing, nor does an interval in which the simulation ran without this observer.
+/// count for nothing, nor does an interval in which the simulation ran without this observer or a sweep ended with an
+/// error.
 #[derive(Debug, Clone)]
 pub struct DisplacementProfile {
     run: OneRun,
@@ -26,8 +27,8 @@ pub struct DisplacementProfile {
     sample: Vec<f64>,
     /// Moves recorded in it, outside the bins as well.
     recorded: u64,
-    /// Sweep number and accepted moves at the frame where it began.
-    start: Option<(u64, u64)>,
+    /// Sweep number and moves at the frame where it began.
+    start: Option<(u64, MoveCounts)>,
     averages: BlockAverages,
 }
 
@@ -112,11 +113,11 @@ impl Merge for DisplacementProfile {
 impl Observer for DisplacementProfile {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         self.run.admit(frame)?;
-        let accepted = frame.move_counts().displacements();
-        if let Some((start_sweep, start_accepted)) = self.start {
+        if let Some((start_sweep, start)) = self.start {
             let sweeps = frame.sweep() - start_sweep;
             // Fewer recorded than the simulation counted: it ran without this observer in between.
-            let complete = accepted.checked_sub(start_accepted).is_some_and(|count| count <= self.recorded);
+            let moves = frame.move_counts().since(&start);
+            let complete = moves.displacements() <= self.recorded && moves.incomplete_sweeps == 0;
             if complete {
                 // The occupation at the end stands for that of the interval: equal on average in a
                 // steady state.
@@ -131,7 +132,7 @@ impl Observer for DisplacementProfile {
         }
         self.sample.fill(0.0);
         self.recorded = 0;
-        self.start = Some((frame.sweep(), accepted));
+        self.start = Some((frame.sweep(), *frame.move_counts()));
         Ok(())
     }
 

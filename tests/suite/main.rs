@@ -11,6 +11,7 @@ mod common;
 mod detailed_balance;
 mod event_chains;
 mod exact_results;
+mod half_way;
 mod hostile_input;
 mod inputs;
 mod invariants;

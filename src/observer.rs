@@ -21,6 +21,8 @@ pub struct AcceptedMove {
     pub from_height: f64,
     /// Displacement, before periodic wrapping.
     pub displacement: Vector3<f64>,
+    /// Axis of the event chain that this is a straight piece of (0 is vertical); none of a local move.
+    pub chain_axis: Option<usize>,
 }
 
 /// Two spheres that touch where an event chain passes from one to the other.

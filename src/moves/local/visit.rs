@@ -199,7 +199,7 @@ impl Slice<'_> {
                 outcome.accepted += 1;
                 if record {
                     let displacement = Vector3::from(trials.displacements(number));
-                    outcome.moves.push(AcceptedMove { from_height, displacement });
+                    outcome.moves.push(AcceptedMove { from_height, displacement, chain_axis: None });
                 }
             }
             outcome.trials += batch as u64;

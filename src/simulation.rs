@@ -4,6 +4,7 @@ use crate::centers::Centers;
 use crate::configuration::Configuration;
 use crate::diagnostics::{self, Case};
 use crate::drive::{Adaptation, Automatic, Certificate, Drive, Driven, ForceBalance, Scheme};
+use crate::failed_observer::FailedObserver;
 use crate::frame::{Frame, MoveCounts, Phase};
 use crate::monitor::Monitor;
 use crate::moves::{Engine, Moves, Sweep, TunedDisplacements};
@@ -213,7 +214,7 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
                 move_counts,
             });
             self.adaptation.adapt(&mut driven.drive, &driven.scene.as_any())?;
-            seen.map_err(|source| Error::Observer { sweep: self.sweep, source })?;
+            seen.map_err(|error| FailedObserver::after(self.sweep, error))?;
         }
         Ok(())
     }

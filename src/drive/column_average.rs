@@ -217,7 +217,7 @@ fn mean_over_jump(
 /// The mean over the spheres of a weight that is orthogonal to z, z² and z³ in that range, z being the distance from
 /// contact: exact for a cubic n(z), within 0.4 % for the steepest that a fluid has (e^{−8z}).
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct WallContact {
+pub(crate) struct WallContact {
     weights: f64,
     seen: f64,
 }
@@ -232,7 +232,7 @@ impl WallContact {
 
     /// Adds a sphere whose center is `distance` from contact.
     #[inline]
-    pub(super) fn add(&mut self, distance: f64) {
+    pub(crate) fn add(&mut self, distance: f64) {
         if distance < Self::DEPTH {
             let part = distance / Self::DEPTH;
             self.weights += (16.0 - part * (120.0 - part * (240.0 - 140.0 * part))) / Self::DEPTH;
@@ -241,7 +241,7 @@ impl WallContact {
     }
 
     /// The contact density times area and number of configurations.
-    pub(super) fn density_times_area(&self) -> f64 {
+    pub(crate) fn density_times_area(&self) -> f64 {
         self.weights
     }
 

@@ -3,6 +3,7 @@
 //! | what | observer |
 //! |---|---|
 //! | profiles | [`DensityProfile`], [`PressureProfile`], [`EquationOfStateProfile`], [`ChainPressureProfile`], [`DisplacementProfile`] |
+//! | pressure on base and lid | [`WallPressure`] |
 //! | is it steady? | [`CenterOfMass`] |
 //! | order in the plane of a layer | [`RadialDistribution`], [`NeighborAngles`], [`HexaticOrder`] |
 //! | layers on top of each other | [`DensityProfile::layers`] |
@@ -40,6 +41,7 @@ mod steinhardt;
 mod structure;
 #[cfg(test)]
 mod test_frame;
+mod wall_pressure;
 
 pub use bins::{Bins, MAXIMUM_BINS};
 pub use bond_order::{BondOrder, Structure};
@@ -56,6 +58,7 @@ pub use neighbors::{Neighbor, Neighbors};
 pub use pressure::{PressurePoint, PressureProfile};
 pub use radial_distribution::{RadialDistribution, RadialDistributionPoint};
 pub use structure::{StructurePoint, StructureProfile};
+pub use wall_pressure::WallPressure;
 
 use crate::Error;
 use crate::statistics::Estimate;

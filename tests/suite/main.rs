@@ -22,4 +22,5 @@ mod stability;
 mod steady_state;
 mod structure;
 mod theory;
+mod wall_pressure;
 mod warnings;

@@ -50,6 +50,11 @@ pub trait Recorder {
 
     /// An event chain along `axis` (0 is vertical) has run its full length, in diameters.
     fn record_chain(&mut self, _axis: usize, _length: f64) {}
+
+    /// Whether it wants to hear of local moves. To list them takes time, which one that only listens to chains saves with `false`.
+    fn wants_local_moves(&mut self) -> bool {
+        true
+    }
 }
 
 /// Something that looks at the configuration after every sweep.
@@ -151,6 +156,9 @@ macro_rules! observe_tuple {
                 $(if let Some(recorder) = self.$index.recorder() {
                     recorder.record_chain(axis, length);
                 })+
+            }
+            fn wants_local_moves(&mut self) -> bool {
+                false $(|| self.$index.recorder().is_some_and(|recorder| recorder.wants_local_moves()))+
             }
         }
     };

@@ -7,6 +7,7 @@
 //! To add one, implement [`Observer`] for a type of your own (one method) and pass it by mutable
 //! reference to [`Simulation::run`](crate::Simulation::run); results are read from it afterwards.
 
+use crate::failed_observer::FailedObserver;
 use crate::frame::Frame;
 use nalgebra::Vector3;
 
@@ -21,6 +22,8 @@ pub struct AcceptedMove {
     pub from_height: f64,
     /// Displacement, before periodic wrapping.
     pub displacement: Vector3<f64>,
+    /// Axis of the event chain that this is a straight piece of (0 is vertical); none of a local move.
+    pub chain_axis: Option<usize>,
 }
 
 /// Two spheres that touch where an event chain passes from one to the other.
@@ -47,6 +50,11 @@ pub trait Recorder {
 
     /// An event chain along `axis` (0 is vertical) has run its full length, in diameters.
     fn record_chain(&mut self, _axis: usize, _length: f64) {}
+
+    /// Whether it wants to hear of local moves. To list them takes time, which one that only listens to chains saves with `false`.
+    fn wants_local_moves(&mut self) -> bool {
+        true
+    }
 }
 
 /// Something that looks at the configuration after every sweep.
@@ -118,7 +126,7 @@ macro_rules! observe_tuple {
     ($($name:ident $index:tt),+) => {
         impl<$($name: Observer),+> Observer for ($($name,)+) {
             fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
-                $(self.$index.observe(frame)?;)+
+                $(self.$index.observe(frame).map_err(|error| FailedObserver::at::<$name>($index, error))?;)+
                 Ok(())
             }
             fn recorder(&mut self) -> Option<&mut dyn Recorder> {
@@ -148,6 +156,9 @@ macro_rules! observe_tuple {
                 $(if let Some(recorder) = self.$index.recorder() {
                     recorder.record_chain(axis, length);
                 })+
+            }
+            fn wants_local_moves(&mut self) -> bool {
+                false $(|| self.$index.recorder().is_some_and(|recorder| recorder.wants_local_moves()))+
             }
         }
     };

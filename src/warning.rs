@@ -205,6 +205,17 @@ pub enum Warning {
         /// Part of the spheres that is where the slope is too steep.
         share: f64,
     },
+    /// Ranks and collisions do not yield the same equation of state
+    /// ([`MeasuredEquationOfState`](crate::observers::MeasuredEquationOfState)).
+    #[non_exhaustive]
+    RoutesDisagree {
+        /// Packing fraction at which they are farthest apart, of those that were compared.
+        packing_fraction: f64,
+        /// Z there by ranks.
+        ranks: Estimate,
+        /// Z there by collisions.
+        collisions: Estimate,
+    },
     /// The density of the theory jumps: at a jump of the temperature, or where fluid and solid meet.
     #[non_exhaustive]
     DensityJump {
@@ -325,6 +336,9 @@ impl fmt::Display for MixingEvidence {
     }
 }
 
+/// A wall that carries more of the largest pressure is not where a column ends.
+const CLOSED: f64 = 0.3;
+
 impl fmt::Display for Warning {
     #[allow(clippy::too_many_lines, reason = "one arm for each variant")]
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -374,10 +388,17 @@ impl fmt::Display for Warning {
                 "the field has changed {changes} times while measuring, which breaks detailed balance: take a scheme \
                  that freezes it"
             ),
+            Self::LidTooLow { lid, pressure_ratio } if *pressure_ratio > CLOSED => write!(
+                formatter,
+                "closed box: the wall at height {lid:.1} carries {:.2} % of the largest pressure, which P(x) as a weight \
+                 leaves out: measure it (WallPressure) and add it (set_open_end_pressure)",
+                100.0 * pressure_ratio,
+            ),
             Self::LidTooLow { lid, pressure_ratio } => write!(
                 formatter,
                 "the lid is too low: the wall at height {lid:.1}, where the column ends, carries {:.2} % of the largest \
-                 pressure: raise the lid, or add the pressure on that wall (set_open_end_pressure)",
+                 pressure: raise the lid, or measure the pressure on that wall (WallPressure) and add it \
+                 (set_open_end_pressure)",
                 100.0 * pressure_ratio,
             ),
             Self::Metastable { lowest_height, highest_height, packing_fraction } => write!(
@@ -411,6 +432,11 @@ impl fmt::Display for Warning {
                 formatter,
                 "correlated bins: those between heights {lowest_height:.2} and {highest_height:.2} are known as from \
                  {effective_sample_size:.0} independent configurations: run longer"
+            ),
+            Self::RoutesDisagree { packing_fraction, ranks, collisions } => write!(
+                formatter,
+                "ranks and collisions disagree: at packing fraction {packing_fraction:.3} Z is {ranks} and {collisions}: the \
+                 column is not at rest: equilibrate longer"
             ),
             Self::ReplicasDisagree { disagreement } => write!(
                 formatter,

@@ -3,6 +3,7 @@
 use super::memory::{self, Correlation, Memory, Pooled};
 use super::{Estimate, MINIMUM_BLOCKS};
 use crate::{Error, Merge};
+use nalgebra::{DMatrix, DVector};
 
 /// Averages of vectors that arrive one by one, with errors of means and of functions of means.
 ///
@@ -217,9 +218,8 @@ impl BlockAverages {
         self.standard_errors_of_rows(&[])
     }
 
-    /// The same for components that are rows of equal lengths, one after the other, in which neighbors are alike:
-    /// components share their memory with so many to either side, one number for each row. What is left over has its
-    /// own.
+    /// The same for components that are rows of equal lengths, one after the other, in which so many neighbors to either
+    /// side share their memory, one number for each row.
     pub(crate) fn standard_errors_of_rows(&self, reaches: &[usize]) -> Result<Vec<f64>, Error> {
         let replicas = self.replicas()?;
         let series: Vec<_> = (0..self.components).map(|index| self.series(&replicas, index)).collect();
@@ -234,29 +234,10 @@ impl BlockAverages {
         replicas.iter().map(of_replica).collect()
     }
 
-    /// The errors of the means of all observations, of what complete blocks say: block by block, replica by replica,
-    /// for every component.
+    /// The errors of the means of all observations, of what complete blocks say, for every component.
     fn errors(&self, series: &[Vec<Vec<f64>>], reaches: &[usize]) -> Vec<Pooled> {
-        let correlations: Vec<Correlation> = series.iter().map(|replicas| correlation(replicas)).collect();
-        let row = (series.len() / reaches.len().max(1)).max(1);
-        let observations = self.observations() as f64;
-        let pooled = series.iter().enumerate().map(|(index, replicas)| {
-            let reach = reaches.get(index / row).copied().unwrap_or(0);
-            let first = index / row * row;
-            let last = (first + row).min(series.len());
-            // The component itself comes first.
-            let alike = [index]
-                .into_iter()
-                .chain(index.saturating_sub(reach).max(first)..index)
-                .chain(index + 1..(index + reach + 1).min(last));
-            let alike: Vec<&Correlation> = alike.map(|other| &correlations[other]).collect();
-            let replicas: Vec<&[f64]> = replicas.iter().map(|replica| &replica[..]).collect();
-            let pooled = memory::pooled(&replicas, &correlations[index], &Memory::of(&alike));
-            let blocks = replicas.iter().map(|replica| replica.len()).sum::<usize>() as f64;
-            let share = blocks * self.block_length as f64 / observations;
-            Pooled { standard_error: pooled.standard_error * share.sqrt(), ..pooled }
-        });
-        pooled.collect()
+        let blocks = self.block_sums().len() as f64;
+        errors(series, reaches, blocks * self.block_length as f64 / self.observations() as f64)
     }
 
     /// Components that have contradicting means in the replicas; none before there are 16 blocks.
@@ -318,34 +299,40 @@ impl BlockAverages {
     pub(crate) fn jackknife_of_rows<R: AsRef<[f64]>>(
         &self,
         reaches: &[usize],
-        mut function: impl FnMut(&[f64]) -> R,
+        function: impl FnMut(&[f64]) -> R,
     ) -> Result<Vec<Estimate>, Error> {
+        Ok(self.jackknifed(function)?.estimates_of_rows(reaches, <[f64]>::to_vec))
+    }
+
+    /// Values of `function`, of all and of all but every block, kept so that functions of them can be had later.
+    ///
+    /// # Errors
+    /// [`Error::TooFewObservations`] below 16 complete blocks.
+    pub(crate) fn jackknifed<R: AsRef<[f64]>>(
+        &self,
+        mut function: impl FnMut(&[f64]) -> R,
+    ) -> Result<Jackknife, Error> {
         let replicas = self.replicas()?;
         let values = function(&self.mean()).as_ref().to_vec();
         let mut total = vec![0.0; self.components];
         for block in self.block_sums() {
             add(&mut total, block);
         }
-        let others = self.block_sums().len() as f64 - 1.0;
+        let blocks = self.block_sums().len() as f64;
         let length = self.block_length as f64;
         let mut means = vec![0.0; self.components];
-        // What every block says, value by value and replica by replica: (n − 1) times the value without it.
-        let mut said = vec![vec![Vec::new(); replicas.len()]; values.len()];
-        for (replica, sums) in replicas.iter().enumerate() {
+        let mut without = Vec::with_capacity(replicas.len());
+        for sums in replicas {
+            let mut of_replica = Vec::new();
             for block in sums.chunks_exact(self.components) {
                 for ((mean, total), sum) in means.iter_mut().zip(&total).zip(block) {
-                    *mean = (total - sum) / (others * length);
+                    *mean = (total - sum) / ((blocks - 1.0) * length);
                 }
-                let without = function(&means);
-                let without = without.as_ref().iter().copied().chain(std::iter::repeat(f64::NAN));
-                for ((of_value, value), without) in said.iter_mut().zip(&values).zip(without) {
-                    of_value[replica].push(others * (value - without));
-                }
+                of_replica.push(function(&means).as_ref().to_vec());
             }
+            without.push(of_replica);
         }
-        let errors = self.errors(&said, reaches).into_iter();
-        let estimates = values.iter().zip(errors);
-        Ok(estimates.map(|(&value, error)| Estimate::new(value, error.standard_error)).collect())
+        Ok(Jackknife { values, without, share: blocks * length / self.observations() as f64 })
     }
 
     /// Sums over complete blocks of every replica that has any.
@@ -371,6 +358,91 @@ impl BlockAverages {
         replicas.push(&self.sums[..]);
         replicas.retain(|replica| !replica.is_empty());
         Ok(replicas)
+    }
+}
+
+/// The errors of the means of all observations, of which a `share` is in complete blocks, of what these say.
+fn errors(series: &[Vec<Vec<f64>>], reaches: &[usize], share: f64) -> Vec<Pooled> {
+    let correlations: Vec<Correlation> = series.iter().map(|replicas| correlation(replicas)).collect();
+    let row = (series.len() / reaches.len().max(1)).max(1);
+    let pooled = series.iter().enumerate().map(|(index, replicas)| {
+        let reach = reaches.get(index / row).copied().unwrap_or(0);
+        let first = index / row * row;
+        let last = (first + row).min(series.len());
+        // The component itself comes first.
+        let alike = [index]
+            .into_iter()
+            .chain(index.saturating_sub(reach).max(first)..index)
+            .chain(index + 1..(index + reach + 1).min(last));
+        let alike: Vec<&Correlation> = alike.map(|other| &correlations[other]).collect();
+        let replicas: Vec<&[f64]> = replicas.iter().map(|replica| &replica[..]).collect();
+        let pooled = memory::pooled(&replicas, &correlations[index], &Memory::of(&alike));
+        Pooled { standard_error: pooled.standard_error * share.sqrt(), ..pooled }
+    });
+    pooled.collect()
+}
+
+/// Functions of the means of all observations, and of all but every block.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Jackknife {
+    values: Vec<f64>,
+    /// Replica by replica and block by block.
+    without: Vec<Vec<Vec<f64>>>,
+    /// Of the observations that are in complete blocks.
+    share: f64,
+}
+
+impl Jackknife {
+    /// The functions of the means of all observations.
+    pub(crate) fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// Covariances of functions of those functions: the errors are those of [`estimates`](Self::estimates), the correlations
+    /// those of what single blocks say.
+    pub(crate) fn covariance<R: AsRef<[f64]>>(&self, mut function: impl FnMut(&[f64]) -> R) -> DMatrix<f64> {
+        let center = function(&self.values).as_ref().to_vec();
+        let estimates = self.estimates(&mut function);
+        let mut products = DMatrix::zeros(center.len(), center.len());
+        for block in self.without.iter().flatten() {
+            let mut distance = DVector::from_column_slice(function(block).as_ref());
+            distance -= DVector::from_column_slice(&center);
+            products += &distance * distance.transpose();
+        }
+        DMatrix::from_fn(center.len(), center.len(), |row, column| {
+            let correlation =
+                products[(row, column)] / (products[(row, row)] * products[(column, column)]).sqrt();
+            correlation * estimates[row].standard_error * estimates[column].standard_error
+        })
+    }
+
+    /// Functions of those functions, with errors. `function` must return the same number of values each time: it is as if
+    /// values that are missing in any call were NaN.
+    pub(crate) fn estimates<R: AsRef<[f64]>>(&self, function: impl FnMut(&[f64]) -> R) -> Vec<Estimate> {
+        self.estimates_of_rows(&[], function)
+    }
+
+    /// The same for values that are rows in which neighbors are alike.
+    fn estimates_of_rows<R: AsRef<[f64]>>(
+        &self,
+        reaches: &[usize],
+        mut function: impl FnMut(&[f64]) -> R,
+    ) -> Vec<Estimate> {
+        let values = function(&self.values).as_ref().to_vec();
+        let others = self.without.iter().map(Vec::len).sum::<usize>() as f64 - 1.0;
+        // What every block says, value by value and replica by replica: (n − 1) times the value without it.
+        let mut said = vec![vec![Vec::new(); self.without.len()]; values.len()];
+        for (replica, blocks) in self.without.iter().enumerate() {
+            for block in blocks {
+                let without = function(block);
+                let without = without.as_ref().iter().copied().chain(std::iter::repeat(f64::NAN));
+                for ((of_value, value), without) in said.iter_mut().zip(&values).zip(without) {
+                    of_value[replica].push(others * (value - without));
+                }
+            }
+        }
+        let estimates = values.iter().zip(errors(&said, reaches, self.share));
+        estimates.map(|(&value, error)| Estimate::new(value, error.standard_error)).collect()
     }
 }
 

@@ -184,6 +184,8 @@ pub struct MoveCounts {
     pub chains: u64,
     /// Events that ended a straight piece of an event chain: a collision, a wall, or the field.
     pub events: u64,
+    /// Sweeps that ended with an error before all of their moves were made. What they made is counted above.
+    pub incomplete_sweeps: u64,
 }
 
 impl MoveCounts {
@@ -208,6 +210,7 @@ impl MoveCounts {
             left_domain: self.left_domain.saturating_sub(earlier.left_domain),
             chains: self.chains.saturating_sub(earlier.chains),
             events: self.events.saturating_sub(earlier.events),
+            incomplete_sweeps: self.incomplete_sweeps.saturating_sub(earlier.incomplete_sweeps),
         }
     }
 }

@@ -4,6 +4,7 @@ use crate::centers::Centers;
 use crate::configuration::Configuration;
 use crate::diagnostics::{self, Case};
 use crate::drive::{Adaptation, Automatic, Certificate, Drive, Driven, ForceBalance, Scheme};
+use crate::failed_observer::FailedObserver;
 use crate::frame::{Frame, MoveCounts, Phase};
 use crate::monitor::Monitor;
 use crate::moves::{Engine, Moves, Sweep, TunedDisplacements};
@@ -188,7 +189,7 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
             let Self { driven, configuration, generator, move_counts, phase, .. } = self;
             // All who look, shown the same: who changes the potential does so afterwards.
             let mut all = (&mut self.monitor, &mut self.balance, &mut self.adaptation, &mut *observer);
-            self.engine.sweep(Sweep {
+            let swept = self.engine.sweep(Sweep {
                 scene: &driven.scene,
                 drive: &driven.drive,
                 configuration,
@@ -196,7 +197,12 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
                 move_counts,
                 phase: *phase,
                 recorder: all.recorder(),
-            })?;
+            });
+            if let Err(error) = swept {
+                // No frame shows it, so those who heard of its moves learn here that they are not of a whole sweep.
+                self.move_counts.incomplete_sweeps += 1;
+                return Err(error);
+            }
             self.sweep += 1;
             let seen = all.observe(&Frame {
                 scene: driven.scene.as_any(),
@@ -208,7 +214,7 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
                 move_counts,
             });
             self.adaptation.adapt(&mut driven.drive, &driven.scene.as_any())?;
-            seen.map_err(|source| Error::Observer { sweep: self.sweep, source })?;
+            seen.map_err(|error| FailedObserver::after(self.sweep, error))?;
         }
         Ok(())
     }
@@ -217,14 +223,14 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     ///
     /// | judged | raises |
     /// |---|---|
-    /// | the series of the center of mass: its drift, and its variance against what equilibrium demands of it; the memory of the slowest of it and of numbers of spheres below and above some heights | [`TooShort`](Warning::TooShort), [`NotMixed`](Warning::NotMixed), [`NothingMoved`](Warning::NothingMoved) |
+    /// | the series of the center of mass: its drift, and its variance against what equilibrium demands of it; the memory that it shares with the numbers of spheres below two heights, and that of the first layers | [`TooShort`](Warning::TooShort), [`NotMixed`](Warning::NotMixed), [`NothingMoved`](Warning::NothingMoved) |
     /// | its mean against [`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls), where that is good | [`FarFromTheory`](Warning::FarFromTheory), [`NoTheory`](Warning::NoTheory) |
     /// | every 128th sweep, if all moves are local | [`LowAcceptance`](Warning::LowAcceptance) |
     /// | the balance of forces and the field, where the temperature varies | [`FeedbackNotConverged`](Warning::FeedbackNotConverged), [`FieldOfTheory`](Warning::FieldOfTheory), [`CountingNoise`](Warning::CountingNoise), [`ChangesWhileMeasuring`](Warning::ChangesWhileMeasuring), [`SteepGradient`](Warning::SteepGradient), [`DensityJump`](Warning::DensityJump) |
     /// | density, and pressure as the weight of what lies above | [`Metastable`](Warning::Metastable), [`BoxIncommensurate`](Warning::BoxIncommensurate) |
     /// | the box | [`LidTooLow`](Warning::LidTooLow), [`NarrowBox`](Warning::NarrowBox) |
     ///
-    /// Fewer than 10 independent configurations of any of those are too few, as in the profiles.
+    /// Fewer than 2.5 independent configurations of the column or of what is near the base are too few, as in the profiles.
     /// It is worked out when asked for, in some milliseconds (a second or two where T changes by its own size within a
     /// diameter), since the theory of the scene is solved; what it needs of
     /// the run is noted every few sweeps, from the first of production on. Replicas are judged each by itself.

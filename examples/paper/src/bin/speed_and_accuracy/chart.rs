@@ -237,13 +237,13 @@ pub(crate) fn claims(all: &[Data<'_>]) -> Figure {
 
 /// A panel of the contest for the equation of state.
 fn contest_panel(contest: &Contest, task: Task, target: f64, place: Place) -> Panel {
-    const RANGE: [f64; 2] = [1e-2, 3e1];
-    const ERROR: [f64; 2] = [5e-4, 0.3];
+    const RANGE: [f64; 2] = [1e-2, 1e2];
+    const ERROR: [f64; 2] = [5e-4, 3.0];
     let (title, error) = match task {
         Task::Densities(..) => {
             (format!("equation of state at packing fractions, {}", task.label()), "rms of Z/Z(KLM) − 1")
         }
-        _ => (format!("{} homogeneous points", task.label()), "largest error of Z(η)"),
+        _ => (format!("the whole {} homogeneous points", task.label()), "largest error of Z(η)"),
     };
     let mut panel = Panel::new(
         place,
@@ -251,7 +251,7 @@ fn contest_panel(contest: &Contest, task: Task, target: f64, place: Place) -> Pa
         Axis::logarithmic(error, ERROR[0], ERROR[1]),
     )
     .with_title(&title)
-    .with_legend(Corner::BottomLeft)
+    .with_legend(Corner::TopRight)
     .line("", colors::GRAY, Mark::Dashed, [(RANGE[0], target), (RANGE[1], target)]);
     let ways = [
         (Way::Gradient(Column::Designed, Route::Collisions), colors::BLUE),

@@ -190,3 +190,22 @@ fn what_was_not_measured_is_refused() {
     assert!(fit.merge(&EquationOfStateFit::new(&other).unwrap()).is_err());
     assert!(Simulation::builder(other).build().unwrap().run(1, &mut fit).is_err());
 }
+
+#[test]
+fn a_short_run_has_collisions_without_errors() {
+    let slab = Slab::new(60.0, 5.0, 5.0).unwrap();
+    let scene = Scene::new(slab, 500, UniformField::default(), Isothermal::new(5.0).unwrap()).unwrap();
+    let moves = EventChains::default().local_moves(None);
+    let mut simulation = Simulation::builder(scene).moves(moves).seed(5).build().unwrap();
+    let mut fit = EquationOfStateFit::new(&scene).unwrap();
+    simulation.equilibrate(200, &mut ()).unwrap();
+    simulation.run(63, &mut fit).unwrap();
+    assert!(matches!(fit.collisions_without_errors().map(|_| ()), Err(Error::TooFewObservations { .. })));
+    simulation.run(193, &mut fit).unwrap();
+    assert!(fit.result().is_err());
+    let equation = fit.collisions_without_errors().unwrap();
+    for eta in [0.1, 0.2, 0.3] {
+        let known = ModifiedKolafa.compressibility_factor(eta);
+        approx::assert_relative_eq!(equation.compressibility_factor(eta), known, max_relative = 0.06);
+    }
+}

@@ -57,7 +57,12 @@
     )
 )]
 
+#[macro_use]
+mod persist;
+
 mod centers;
+#[cfg(feature = "checkpoint")]
+pub mod checkpoint;
 mod configuration;
 mod diagnostics;
 pub mod drive;

@@ -220,3 +220,15 @@ impl Recorder for ChainPressureProfile {
         self.paths[usize::from(axis != 0)] += length;
     }
 }
+
+persist!(
+    ChainPressureProfile {
+        same bins,
+        value temperatures,
+        slice collisions,
+        value paths,
+        value particles,
+        part averages,
+    },
+    |profile| profile.temperatures.is_empty() || profile.temperatures.len() == profile.stretches.count()
+);

@@ -140,6 +140,8 @@ impl Observer for DensityProfile {
     }
 }
 
+persist!(DensityProfile { same bins, part averages });
+
 #[cfg(test)]
 mod tests {
     use super::super::test_frame::{Scene, ideal_heights};

@@ -138,6 +138,8 @@ impl Recorder for DisplacementProfile {
     }
 }
 
+persist!(DisplacementProfile { same bins, slice sample, count recorded, value start, part averages });
+
 #[cfg(test)]
 mod tests {
     use super::super::test_frame::Scene;

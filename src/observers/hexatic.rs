@@ -107,6 +107,8 @@ impl Observer for HexaticOrder {
     }
 }
 
+persist!(HexaticOrder { same heights, part neighbors, part averages });
+
 #[cfg(test)]
 mod tests {
     use super::super::test_frame::hexagonal_layer;

@@ -161,6 +161,8 @@ impl Observer for NeighborAngles {
     }
 }
 
+persist!(NeighborAngles { same heights, part neighbors, same bins, part averages });
+
 #[cfg(test)]
 mod tests {
     use super::super::test_frame::{Scene, hexagonal_layer};

@@ -179,6 +179,8 @@ impl Observer for StructureProfile {
     }
 }
 
+persist!(StructureProfile { same bins, part averages });
+
 #[cfg(test)]
 mod tests {
     use super::super::test_frame::Scene;

@@ -386,6 +386,16 @@ pub enum Error {
         /// The version that can be read.
         known: u32,
     },
+    /// Two checkpoints to be pooled are of one seed, so of one run.
+    #[cfg(feature = "checkpoint")]
+    #[error("{} and {} are of the same seed {seed}: the one run would count twice", paths[0].display(), paths[1].display())]
+    #[non_exhaustive]
+    SameSeed {
+        /// The seed.
+        seed: u64,
+        /// Both files.
+        paths: [std::path::PathBuf; 2],
+    },
     /// A file of a checkpoint cannot be written or read; the source says why.
     #[cfg(feature = "checkpoint")]
     #[error("{}", path.display())]

@@ -5,7 +5,13 @@
 //! numbers are overwritten ([`SimulationBuilder::resume`](crate::SimulationBuilder::resume)); fields, temperatures and
 //! closures are not kept, but compared. 2k sweeps are the same bits as k, a file, and k more.
 //!
-//! An observer, a drive or an adaptation of your own takes part by [`Persist`].
+//! | you want | take |
+//! |---|---|
+//! | a long run in one call, that goes on where it was stopped | [`Run`] |
+//! | to end it by a signal | `Signals`, with the feature `signals` |
+//! | the results of many processes in one | [`SimulationBuilder::pooled`](crate::SimulationBuilder::pooled) |
+//! | an observer, a drive or an adaptation of your own in it | [`Persist`] |
+//! | each step by yourself | [`Simulation::snapshot`](crate::Simulation::snapshot), [`Snapshot::write`], [`Snapshot::read`] |
 //!
 //! # The file
 //! Eight bytes `gmc-ckpt`, the version of the format (four bytes, as all numbers the lowest first), the CRC-32 of what
@@ -19,8 +25,15 @@ mod archive;
 mod file;
 mod identity;
 mod parts;
+mod pooled;
+mod run;
+#[cfg(feature = "signals")]
+mod signals;
 mod snapshot;
 
 pub use archive::{Archive, Persist};
 pub(crate) use identity::Identity;
+pub use run::{Ended, Progress, Reason, Run};
+#[cfg(feature = "signals")]
+pub use signals::Signals;
 pub use snapshot::Snapshot;

@@ -1,7 +1,7 @@
 //! Simulations that go on from a snapshot.
 
 use super::{Configuration, Generator, Phase, Simulation, SimulationBuilder};
-use crate::checkpoint::{Archive, Persist, Snapshot};
+use crate::checkpoint::{Archive, Identity, Persist, Snapshot};
 use crate::drive::Scheme;
 use crate::{Error, Field, TemperatureProfile};
 
@@ -68,5 +68,13 @@ impl<F: Field, T: TemperatureProfile, S> SimulationBuilder<F, T, S> {
         snapshot.restore(|archive| simulation.persist(archive))?;
         snapshot.restore_observer(observer)?;
         Ok(simulation)
+    }
+
+    /// What a simulation that this makes is of.
+    pub(crate) fn identity(self) -> Result<Identity, Error>
+    where
+        S: Scheme<F, T>,
+    {
+        Ok(self.place(|scene, _, _| Ok(Configuration::empty(*scene.slab())))?.identity)
     }
 }

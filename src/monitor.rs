@@ -351,7 +351,7 @@ mod tests {
         for sweep in 1..=257 {
             if let Some(recorder) = monitor.recorder() {
                 let displacement = nalgebra::Vector3::zeros();
-                recorder.record_move(&AcceptedMove { from_height: 3.0, displacement });
+                recorder.record_move(&AcceptedMove { from_height: 3.0, displacement, chain_axis: None });
                 asked.push(sweep);
             }
             show(&mut monitor, &slab, 3.0, sweep, 0);

@@ -21,6 +21,8 @@ pub struct AcceptedMove {
     pub from_height: f64,
     /// Displacement, before periodic wrapping.
     pub displacement: Vector3<f64>,
+    /// Axis of the event chain that this is a straight piece of (0 is vertical); none of a local move.
+    pub chain_axis: Option<usize>,
 }
 
 /// Two spheres that touch where an event chain passes from one to the other.
@@ -47,6 +49,11 @@ pub trait Recorder {
 
     /// An event chain along `axis` (0 is vertical) has run its full length, in diameters.
     fn record_chain(&mut self, _axis: usize, _length: f64) {}
+
+    /// Whether it wants to hear of local moves. To list them takes time, which one that only listens to chains saves with `false`.
+    fn wants_local_moves(&mut self) -> bool {
+        true
+    }
 }
 
 /// Something that looks at the configuration after every sweep.
@@ -148,6 +155,9 @@ macro_rules! observe_tuple {
                 $(if let Some(recorder) = self.$index.recorder() {
                     recorder.record_chain(axis, length);
                 })+
+            }
+            fn wants_local_moves(&mut self) -> bool {
+                false $(|| self.$index.recorder().is_some_and(|recorder| recorder.wants_local_moves()))+
             }
         }
     };

@@ -205,6 +205,17 @@ pub enum Warning {
         /// Part of the spheres that is where the slope is too steep.
         share: f64,
     },
+    /// Ranks and collisions do not yield the same equation of state
+    /// ([`MeasuredEquationOfState`](crate::observers::MeasuredEquationOfState)).
+    #[non_exhaustive]
+    RoutesDisagree {
+        /// Packing fraction at which they are farthest apart, of those that were compared.
+        packing_fraction: f64,
+        /// Z there by ranks.
+        ranks: Estimate,
+        /// Z there by collisions.
+        collisions: Estimate,
+    },
     /// The density of the theory jumps: at a jump of the temperature, or where fluid and solid meet.
     #[non_exhaustive]
     DensityJump {
@@ -414,6 +425,11 @@ impl fmt::Display for Warning {
                 formatter,
                 "correlated bins: those between heights {lowest_height:.2} and {highest_height:.2} are known as from \
                  {effective_sample_size:.0} independent configurations: run longer"
+            ),
+            Self::RoutesDisagree { packing_fraction, ranks, collisions } => write!(
+                formatter,
+                "ranks and collisions disagree: at packing fraction {packing_fraction:.3} Z is {ranks} and {collisions}: the \
+                 column is not at rest: equilibrate longer"
             ),
             Self::ReplicasDisagree { disagreement } => write!(
                 formatter,

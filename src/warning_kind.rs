@@ -65,6 +65,7 @@ kinds! {
     ThinBins "thin bins",
     CorrelatedBins "correlated bins",
     ReplicasDisagree "replicas disagree",
+    RoutesDisagree "ranks and collisions disagree",
     WideBins "wide bins",
     OutsideDomain "outside the domain",
     InaccurateEquation "inaccurate equation of state",

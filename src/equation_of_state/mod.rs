@@ -19,6 +19,7 @@ mod ideal_gas;
 mod modified_kolafa;
 mod percus_yevick_compressibility;
 mod percus_yevick_virial;
+mod series;
 mod speedy_solid;
 mod virial_series;
 
@@ -28,6 +29,7 @@ pub use ideal_gas::IdealGas;
 pub use modified_kolafa::ModifiedKolafa;
 pub use percus_yevick_compressibility::PercusYevickCompressibility;
 pub use percus_yevick_virial::PercusYevickVirial;
+pub(crate) use series::{MOST_TERMS, Series};
 pub use speedy_solid::SpeedySolid;
 pub use virial_series::VirialSeries;
 

@@ -219,6 +219,10 @@ impl Recorder for ChainPressureProfile {
     fn record_chain(&mut self, axis: usize, length: f64) {
         self.paths[usize::from(axis != 0)] += length;
     }
+
+    fn wants_local_moves(&mut self) -> bool {
+        false
+    }
 }
 
 persist!(

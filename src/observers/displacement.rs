@@ -148,7 +148,7 @@ mod tests {
 
     fn moved(profile: &mut DisplacementProfile, scene: &mut Scene, from_height: f64, length: f64) {
         let displacement = Vector3::new(0.0, 0.6 * length, -0.8 * length);
-        profile.record_move(&AcceptedMove { from_height, displacement });
+        profile.record_move(&AcceptedMove { from_height, displacement, chain_axis: None });
         scene.move_counts.accepted += 1;
     }
 

@@ -27,6 +27,7 @@ mod density;
 mod diagnostics;
 mod displacement;
 mod equation_of_state;
+mod equation_of_state_fit;
 mod extended_xyz;
 mod hexatic;
 mod layers;
@@ -46,6 +47,7 @@ pub use chain_pressure::{BinPressures, ChainPressurePoint, ChainPressureProfile}
 pub use density::{DensityPoint, DensityProfile};
 pub use displacement::{DisplacementPoint, DisplacementProfile};
 pub use equation_of_state::{BinState, DeviationPoint, EquationOfStatePoint, EquationOfStateProfile};
+pub use equation_of_state_fit::{EquationOfStateCurve, EquationOfStateFit, MeasuredEquationOfState};
 pub use extended_xyz::ExtendedXyz;
 pub use hexatic::HexaticOrder;
 pub use layers::Layer;

@@ -3,6 +3,7 @@
 use super::memory::{self, Pooled};
 use super::{Estimate, MINIMUM_BLOCKS};
 use crate::{Error, Merge};
+use nalgebra::{DMatrix, DVector};
 
 /// Averages of vectors that arrive one by one, with errors of means and of functions of means.
 ///
@@ -228,11 +229,8 @@ impl BlockAverages {
 
     /// The error of the mean of all observations from that of complete blocks.
     fn rescaled(&self, series: &[Vec<f64>]) -> Pooled {
-        let series: Vec<&[f64]> = series.iter().map(|replica| &replica[..]).collect();
-        let blocks = series.iter().map(|replica| replica.len()).sum::<usize>() as f64;
-        let pooled = memory::pooled(&series);
-        let share = blocks * self.block_length as f64 / self.observations() as f64;
-        Pooled { standard_error: pooled.standard_error * share.sqrt(), ..pooled }
+        let blocks = series.iter().map(Vec::len).sum::<usize>() as f64;
+        rescaled(series, blocks * self.block_length as f64 / self.observations() as f64)
     }
 
     /// Components that have contradicting means in the replicas; none before there are 16 blocks.
@@ -287,33 +285,40 @@ impl BlockAverages {
     /// [`Error::TooFewObservations`] below 16 complete blocks.
     pub fn jackknife<R: AsRef<[f64]>>(
         &self,
-        mut function: impl FnMut(&[f64]) -> R,
+        function: impl FnMut(&[f64]) -> R,
     ) -> Result<Vec<Estimate>, Error> {
+        Ok(self.jackknifed(function)?.estimates(<[f64]>::to_vec))
+    }
+
+    /// Values of `function`, of all and of all but every block, kept so that functions of them can be had later.
+    ///
+    /// # Errors
+    /// [`Error::TooFewObservations`] below 16 complete blocks.
+    pub(crate) fn jackknifed<R: AsRef<[f64]>>(
+        &self,
+        mut function: impl FnMut(&[f64]) -> R,
+    ) -> Result<Jackknife, Error> {
         let replicas = self.replicas()?;
         let values = function(&self.mean()).as_ref().to_vec();
         let mut total = vec![0.0; self.components];
         for block in self.block_sums() {
             add(&mut total, block);
         }
-        let others = self.block_sums().len() as f64 - 1.0;
+        let blocks = self.block_sums().len() as f64;
         let length = self.block_length as f64;
         let mut means = vec![0.0; self.components];
-        // What every block says, value by value and replica by replica: (n − 1) times the value without it.
-        let mut said = vec![vec![Vec::new(); replicas.len()]; values.len()];
-        for (replica, sums) in replicas.iter().enumerate() {
+        let mut without = Vec::with_capacity(replicas.len());
+        for sums in replicas {
+            let mut of_replica = Vec::new();
             for block in sums.chunks_exact(self.components) {
                 for ((mean, total), sum) in means.iter_mut().zip(&total).zip(block) {
-                    *mean = (total - sum) / (others * length);
+                    *mean = (total - sum) / ((blocks - 1.0) * length);
                 }
-                let without = function(&means);
-                let without = without.as_ref().iter().copied().chain(std::iter::repeat(f64::NAN));
-                for ((of_value, value), without) in said.iter_mut().zip(&values).zip(without) {
-                    of_value[replica].push(others * (value - without));
-                }
+                of_replica.push(function(&means).as_ref().to_vec());
             }
+            without.push(of_replica);
         }
-        let errors = said.iter().map(|series| self.rescaled(series).standard_error);
-        Ok(values.iter().zip(errors).map(|(&value, error)| Estimate::new(value, error)).collect())
+        Ok(Jackknife { values, without, share: blocks * length / self.observations() as f64 })
     }
 
     /// Sums over complete blocks of every replica that has any.
@@ -339,6 +344,68 @@ impl BlockAverages {
         replicas.push(&self.sums[..]);
         replicas.retain(|replica| !replica.is_empty());
         Ok(replicas)
+    }
+}
+
+/// The error of the mean of all observations, of which a `share` is in complete blocks.
+fn rescaled(series: &[Vec<f64>], share: f64) -> Pooled {
+    let series: Vec<&[f64]> = series.iter().map(|replica| &replica[..]).collect();
+    let pooled = memory::pooled(&series);
+    Pooled { standard_error: pooled.standard_error * share.sqrt(), ..pooled }
+}
+
+/// Functions of the means of all observations, and of all but every block.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Jackknife {
+    values: Vec<f64>,
+    /// Replica by replica and block by block.
+    without: Vec<Vec<Vec<f64>>>,
+    /// Of the observations that are in complete blocks.
+    share: f64,
+}
+
+impl Jackknife {
+    /// The functions of the means of all observations.
+    pub(crate) fn values(&self) -> &[f64] {
+        &self.values
+    }
+
+    /// Covariances of functions of those functions: the errors are those of [`estimates`](Self::estimates), the correlations
+    /// those of what single blocks say.
+    pub(crate) fn covariance<R: AsRef<[f64]>>(&self, mut function: impl FnMut(&[f64]) -> R) -> DMatrix<f64> {
+        let center = function(&self.values).as_ref().to_vec();
+        let estimates = self.estimates(&mut function);
+        let mut products = DMatrix::zeros(center.len(), center.len());
+        for block in self.without.iter().flatten() {
+            let mut distance = DVector::from_column_slice(function(block).as_ref());
+            distance -= DVector::from_column_slice(&center);
+            products += &distance * distance.transpose();
+        }
+        DMatrix::from_fn(center.len(), center.len(), |row, column| {
+            let correlation =
+                products[(row, column)] / (products[(row, row)] * products[(column, column)]).sqrt();
+            correlation * estimates[row].standard_error * estimates[column].standard_error
+        })
+    }
+
+    /// Functions of those functions, with errors. `function` must return the same number of values each time: it is as if
+    /// values that are missing in any call were NaN.
+    pub(crate) fn estimates<R: AsRef<[f64]>>(&self, mut function: impl FnMut(&[f64]) -> R) -> Vec<Estimate> {
+        let values = function(&self.values).as_ref().to_vec();
+        let others = self.without.iter().map(Vec::len).sum::<usize>() as f64 - 1.0;
+        // What every block says, value by value and replica by replica: (n − 1) times the value without it.
+        let mut said = vec![vec![Vec::new(); self.without.len()]; values.len()];
+        for (replica, blocks) in self.without.iter().enumerate() {
+            for block in blocks {
+                let without = function(block);
+                let without = without.as_ref().iter().copied().chain(std::iter::repeat(f64::NAN));
+                for ((of_value, value), without) in said.iter_mut().zip(&values).zip(without) {
+                    of_value[replica].push(others * (value - without));
+                }
+            }
+        }
+        let errors = said.iter().map(|series| rescaled(series, self.share).standard_error);
+        values.iter().zip(errors).map(|(&value, error)| Estimate::new(value, error)).collect()
     }
 }
 

@@ -26,8 +26,10 @@ pub(crate) mod test_series;
 
 pub use autocorrelation::{Autocorrelation, autocorrelation};
 pub use block_averages::BlockAverages;
+pub(crate) use block_averages::Jackknife;
 pub(crate) use blocking::plateau;
 pub use blocking::{blocking, drift, variance};
+pub(crate) use chi_squared::chi_squared_quantile;
 pub use equilibration::{Equilibration, equilibration};
 pub use estimate::Estimate;
 pub(crate) use memory::{FEWEST_INDEPENDENT, memory, scattered};

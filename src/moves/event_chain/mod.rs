@@ -417,7 +417,8 @@ impl<F, T, D> Sweep<'_, F, T, D> {
         if let Some(recorder) = &mut self.recorder {
             let mut displacement = Vector3::zeros();
             displacement[axis] = distance;
-            recorder.record_move(&AcceptedMove { from_height: position[0], displacement });
+            let chain_axis = Some(axis);
+            recorder.record_move(&AcceptedMove { from_height: position[0], displacement, chain_axis });
         }
     }
 

@@ -276,7 +276,8 @@ impl Tile {
                 let mut displacement = Vector3::zeros();
                 displacement[common.axis] = signed;
                 let from_height = if vertical { from } else { self.heights[sphere] };
-                outcome.recorded.push(Event::Move(AcceptedMove { from_height, displacement }));
+                let chain_axis = Some(common.axis);
+                outcome.recorded.push(Event::Move(AcceptedMove { from_height, displacement, chain_axis }));
             }
             if !stall_guard.lasts(left)? {
                 return Ok(());

@@ -220,6 +220,7 @@ impl Engine {
         }
         let keys = [generator.next_u64(), generator.next_u64()];
         let (moves, tuning) = (&self.moves, self.tuning.as_deref());
+        let mut recorder = recorder.as_mut().take_if(|recorder| recorder.wants_local_moves());
         let record = recorder.is_some() || tuning.is_some_and(TunedDisplacements::adapting);
         let visit = |slab: usize, layers: &mut [Layer], outcome: &mut Outcome, scratch: &mut Scratch| {
             outcome.clear();
@@ -239,7 +240,7 @@ impl Engine {
             }
             move_counts.accepted += outcome.accepted;
             move_counts.left_domain += outcome.left_domain;
-            if let Some(recorder) = recorder {
+            if let Some(recorder) = &mut recorder {
                 outcome.moves.iter().for_each(|accepted| recorder.record_move(accepted));
             }
         }

@@ -194,7 +194,7 @@ impl Slice<'_> {
                 outcome.accepted += 1;
                 if record {
                     let displacement = Vector3::from(trials.displacements(number));
-                    outcome.moves.push(AcceptedMove { from_height, displacement });
+                    outcome.moves.push(AcceptedMove { from_height, displacement, chain_axis: None });
                 }
             }
             outcome.left_domain += u64::from(leaving.count_ones());

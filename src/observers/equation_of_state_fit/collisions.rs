@@ -1,0 +1,134 @@
+//! Z where a chain passes: collisions over path, height by height.
+
+use super::super::bins::{HeightBins, Place};
+use super::least_squares::LeastSquares;
+use super::smoothing::Smoothing;
+use crate::equation_of_state::{EquationOfState, MOST_TERMS, Series, packing_fraction};
+use crate::{AcceptedMove, Collision, Frame};
+use std::ops::Range;
+
+/// Sums of an interval of sweeps by height.
+#[derive(Debug, Clone)]
+pub(super) struct Collisions {
+    bins: HeightBins,
+    smoothing: Smoothing,
+    frames: f64,
+    counts: Vec<f64>,
+    /// Path, and separations, half of each to the bin of either partner.
+    sums: Vec<[f64; 2]>,
+    densities: Vec<f64>,
+}
+
+/// Means over intervals, as they stand in a sample: numbers of spheres, paths, transfers, and paths times each term of a
+/// [`Series`] at the packing fraction of the interval.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Means<'a> {
+    pub(super) counts: &'a [f64],
+    paths: &'a [f64],
+    transfers: &'a [f64],
+    terms: &'a [f64],
+}
+
+impl Collisions {
+    pub(super) fn new(bins: HeightBins, used: Range<usize>, reach: usize) -> Self {
+        let zeros = vec![0.0; bins.count()];
+        Self {
+            smoothing: Smoothing::new(bins.count(), used, reach),
+            frames: 0.0,
+            counts: zeros.clone(),
+            sums: vec![[0.0; 2]; bins.count()],
+            densities: zeros,
+            bins,
+        }
+    }
+
+    /// Numbers in a sample.
+    pub(super) fn components(&self) -> usize {
+        (3 + MOST_TERMS) * self.bins.count()
+    }
+
+    pub(super) fn smooth(&self, values: &[f64], smooth: &mut [f64]) {
+        self.smoothing.apply(values, smooth);
+    }
+
+    pub(super) fn observe(&mut self, frame: &Frame<'_>) {
+        self.frames += 1.0;
+        frame.for_each_height(|height| {
+            if let Place::Inside(bin, _) = self.bins.locate(height) {
+                self.counts[bin] += 1.0;
+            }
+        });
+    }
+
+    #[inline]
+    pub(super) fn record_move(&mut self, accepted: &AcceptedMove) {
+        let Some(axis) = accepted.chain_axis else { return };
+        let middle = accepted.from_height + 0.5 * accepted.displacement.x;
+        if let Place::Inside(bin, _) = self.bins.locate(middle) {
+            self.sums[bin][0] += accepted.displacement[axis].abs();
+        }
+    }
+
+    #[inline]
+    pub(super) fn record_collision(&mut self, collision: &Collision) {
+        for height in [collision.from_height, collision.to_height] {
+            if let Place::Inside(bin, _) = self.bins.locate(height) {
+                self.sums[bin][1] += 0.5 * collision.separation;
+            }
+        }
+    }
+
+    /// Ends an interval: writes its sample and begins the next.
+    pub(super) fn take(&mut self, sample: &mut [f64]) {
+        let count = self.bins.count();
+        for count in &mut self.counts {
+            *count /= self.frames;
+        }
+        self.smoothing.apply(&self.counts, &mut self.densities);
+        let volume = self.bins.volume();
+        let (sums, terms) = sample.split_at_mut(3 * count);
+        sums[..count].copy_from_slice(&self.counts);
+        for (bin, (&smooth, &[path, transfer])) in self.densities.iter().zip(&self.sums).enumerate() {
+            (sums[count + bin], sums[2 * count + bin]) = (path, transfer);
+            let eta = packing_fraction(smooth / volume).clamp(0.0, 0.7);
+            for (term, value) in Series::terms(eta).into_iter().enumerate() {
+                terms[term * count + bin] = path * value;
+            }
+        }
+        self.frames = 0.0;
+        self.counts.fill(0.0);
+        self.sums.fill([0.0; 2]);
+    }
+}
+
+impl<'a> Means<'a> {
+    pub(super) fn of(sample: &'a [f64], bins: usize) -> Self {
+        let (counts, rest) = sample.split_at(bins);
+        let (paths, rest) = rest.split_at(bins);
+        let (transfers, terms) = rest.split_at(bins);
+        Self { counts, paths, transfers, terms }
+    }
+
+    /// The coefficients of the [`Series`] with so many terms that meets the collisions in the bins of `range` best.
+    pub(super) fn fit(&self, range: Range<usize>, terms: usize) -> Option<Vec<f64>> {
+        let bins = self.counts.len();
+        let row = |bin: usize| {
+            let mut row = [0.0; MOST_TERMS];
+            for (term, value) in row[..terms].iter_mut().enumerate() {
+                *value = self.terms[term * bins + bin];
+            }
+            row
+        };
+        // Weights need a rough Z only.
+        let rough = Series::new(&[4.0, -2.0]);
+        let mut equations = LeastSquares::new(terms);
+        for bin in range.filter(|&bin| self.paths[bin] > 0.0) {
+            let row = row(bin);
+            let eta = self.terms[bin] / self.paths[bin];
+            // The first term is nearly η for dilute fluids and more than that for dense ones.
+            let factor = rough.compressibility_factor(eta.min(0.5) / (1.0 + 3.0 * eta.min(0.5)));
+            equations.add(&row[..terms], self.transfers[bin], 1.0 / (self.paths[bin] * factor * factor));
+        }
+        equations.solve()
+    }
+}

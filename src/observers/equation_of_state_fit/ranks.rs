@@ -1,0 +1,203 @@
+//! Z from the mean heights of the k-th highest spheres, where the pressure is known.
+
+use super::least_squares::LeastSquares;
+use crate::equation_of_state::{EquationOfState, MOST_TERMS, Series, number_density};
+use crate::{Frame, Slab, Wall};
+
+/// Sums of an interval of sweeps at some ranks. Ranks count from the open end of the column.
+#[derive(Debug, Clone)]
+pub(super) struct Ranks {
+    nodes: Vec<usize>,
+    looks: f64,
+    /// Distance from the wall at the open end.
+    distances: Vec<f64>,
+    /// Weight of the spheres up to and including that of the rank, over T, per area.
+    weights: Vec<f64>,
+    /// Spheres within one diameter of contact with the wall at the open end.
+    at_wall: f64,
+    heights: Vec<f64>,
+}
+
+/// Means over intervals, as they stand in a sample.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Means<'a> {
+    distances: &'a [f64],
+    weights: &'a [f64],
+    at_wall: f64,
+}
+
+impl Ranks {
+    /// Successive ranks differ by this part at most, or by one.
+    const RATIO: f64 = 0.03;
+
+    pub(super) fn new(spheres: usize) -> Self {
+        let mut nodes = vec![1];
+        let mut last = 1;
+        while last < spheres {
+            // Far below the number of spheres.
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+            let step = (Self::RATIO * last as f64) as usize;
+            last = (last + step.max(1)).min(spheres);
+            nodes.push(last);
+        }
+        let zeros = vec![0.0; nodes.len()];
+        Self {
+            looks: 0.0,
+            distances: zeros.clone(),
+            weights: zeros,
+            at_wall: 0.0,
+            heights: Vec::with_capacity(spheres),
+            nodes,
+        }
+    }
+
+    pub(super) fn nodes(&self) -> &[usize] {
+        &self.nodes
+    }
+
+    /// Numbers in a sample.
+    pub(super) fn components(&self) -> usize {
+        2 * self.nodes.len() + 1
+    }
+
+    pub(super) fn observe(&mut self, frame: &Frame<'_>) {
+        let Self { nodes, heights, .. } = self;
+        heights.clear();
+        frame.for_each_height(|height| heights.push(height));
+        let end = frame.scene().open_end();
+        let contact = end.contact_height(frame.slab());
+        let sign = if end == Wall::Lid { 1.0 } else { -1.0 };
+        heights.sort_unstable_by(|one, other| (sign * other).total_cmp(&(sign * one)));
+        let per_area = sign / frame.slab().base_area();
+        let (mut rank, mut weight) = (0, 0.0);
+        for (node, &last) in nodes.iter().enumerate() {
+            for &height in &heights[rank..last] {
+                weight += per_area * frame.reduced_force(height);
+            }
+            rank = last;
+            self.distances[node] += (contact - heights[last - 1]).abs();
+            self.weights[node] += weight;
+        }
+        self.at_wall += heights.iter().take_while(|&height| (contact - height).abs() < 1.0).count() as f64;
+        self.looks += 1.0;
+    }
+
+    /// Ends an interval: writes its sample and begins the next.
+    pub(super) fn take(&mut self, sample: &mut [f64]) {
+        let nodes = self.nodes.len();
+        for (place, sum) in sample.iter_mut().zip(self.distances.iter().chain(&self.weights)) {
+            *place = sum / self.looks;
+        }
+        sample[2 * nodes] = self.at_wall / self.looks;
+        self.distances.fill(0.0);
+        self.weights.fill(0.0);
+        (self.looks, self.at_wall) = (0.0, 0.0);
+    }
+}
+
+/// What of the ranks is used.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Use<'a> {
+    pub(super) nodes: &'a [usize],
+    pub(super) slab: &'a Slab,
+    /// Distances from the wall at the open end.
+    pub(super) from: f64,
+    pub(super) to: f64,
+}
+
+impl<'a> Means<'a> {
+    pub(super) fn of(sample: &'a [f64]) -> Self {
+        let nodes = sample.len() / 2;
+        Self { distances: &sample[..nodes], weights: &sample[nodes..2 * nodes], at_wall: sample[2 * nodes] }
+    }
+
+    /// The coefficients of the [`Series`] with so many terms that meets the gaps between ranks best, by Newton and Gauss. The
+    /// pressure at the open end is a further unknown if spheres touch that wall.
+    pub(super) fn fit(&self, used: &Use<'_>, terms: usize) -> Option<Vec<f64>> {
+        const MOST_STEPS: usize = 30;
+        const GOOD: f64 = 1e-9;
+        let area = used.slab.base_area();
+        let lid = self.at_wall > 0.0;
+        let mut unknowns = vec![0.0; terms + usize::from(lid)];
+        (unknowns[0], unknowns[1]) = (4.0, -2.0);
+        if lid {
+            unknowns[terms] = self.at_wall / area;
+        }
+        for _ in 0..MOST_STEPS {
+            let series = Series::new(&unknowns[..terms]);
+            let end_pressure = if lid { unknowns[terms] } else { 0.0 };
+            let mut equations = LeastSquares::new(unknowns.len());
+            let mut guess = None;
+            for node in 0..used.nodes.len() - 1 {
+                let (near, far) = (self.distances[node], self.distances[node + 1]);
+                if near < used.from || far > used.to {
+                    continue;
+                }
+                let ranks = [used.nodes[node], used.nodes[node + 1]];
+                let slope = (self.weights[node + 1] - self.weights[node]) / (ranks[1] - ranks[0]) as f64;
+                let pressure_below =
+                    |rank: f64| end_pressure + self.weights[node] + slope * (rank - ranks[0] as f64);
+                let mut row = [0.0; MOST_TERMS + 1];
+                let (mut expected, mut variance) = (0.0, 0.0);
+                let mut valid = true;
+                for_each_gap(ranks, |rank, gaps| {
+                    let pressure = pressure_below(rank);
+                    let Some(eta) = series.packing_fraction_at(pressure, guess) else {
+                        valid = false;
+                        return;
+                    };
+                    guess = Some(eta);
+                    let factor = series.compressibility_factor(eta);
+                    // Of ln p with ln η.
+                    let stiffness = 1.0 + series.compressibility_derivative(eta) / factor;
+                    let each = gaps / (pressure * area);
+                    expected += each * factor;
+                    for (value, term) in row.iter_mut().zip(Series::terms(eta)).take(terms) {
+                        *value += each * term / stiffness;
+                    }
+                    if lid {
+                        row[terms] -= each * factor / (pressure * stiffness);
+                    }
+                    // Of a slab of fluid at constant pressure.
+                    let spheres = number_density(eta) * area;
+                    variance += gaps / (spheres * spheres * factor * stiffness);
+                });
+                if !valid {
+                    return None;
+                }
+                equations.add(&row[..unknowns.len()], far - near - expected, 1.0 / variance);
+            }
+            let step = equations.solve()?;
+            let mut largest = 0.0_f64;
+            for (unknown, step) in unknowns.iter_mut().zip(&step) {
+                *unknown += step;
+                largest = largest.max(step.abs());
+            }
+            if lid {
+                unknowns[terms] = unknowns[terms].max(1e-3 * self.at_wall / area);
+            }
+            if largest < GOOD {
+                unknowns.truncate(terms);
+                return Some(unknowns);
+            }
+        }
+        None
+    }
+}
+
+/// Calls `visit` with ranks of gaps between two nodes and how many gaps each stands for: every gap, or the nodes of Gauss and
+/// Legendre's rule where there are many.
+fn for_each_gap([first, end]: [usize; 2], mut visit: impl FnMut(f64, f64)) {
+    const MANY: usize = 8;
+    let gaps = end - first;
+    if gaps <= MANY {
+        (first..end).for_each(|rank| visit(rank as f64, 1.0));
+        return;
+    }
+    let (middle, half) = (0.5 * (first + end - 1) as f64, 0.5 * gaps as f64);
+    for (node, weight) in
+        [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)]
+    {
+        visit(middle + half * node, half * weight);
+    }
+}

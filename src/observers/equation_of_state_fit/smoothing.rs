@@ -1,0 +1,75 @@
+//! Smooth densities from noisy counts.
+
+use nalgebra::DMatrix;
+
+/// A local polynomial: at every bin the value of the polynomial that fits its neighbors best.
+///
+/// Of the fourth degree where there are as many neighbors on both sides, so that the bias is of the sixth order in the width,
+/// and of the second near the ends.
+#[derive(Debug, Clone)]
+pub(super) struct Smoothing {
+    /// First neighbor, and the weights from it on; none where there is nothing to smooth.
+    rows: Vec<(usize, Vec<f64>)>,
+}
+
+impl Smoothing {
+    /// For `bins` bins of which those in `used` count, over `reach` bins on either side.
+    pub(super) fn new(bins: usize, used: std::ops::Range<usize>, reach: usize) -> Self {
+        let row = |bin: usize| {
+            if !used.contains(&bin) {
+                return (bin, Vec::new());
+            }
+            let first = bin.saturating_sub(reach).max(used.start);
+            let last = (bin + reach).min(used.end - 1);
+            let full = last - first == 2 * reach;
+            let degree = if full { 4 } else { 2 }.min(last - first);
+            (first, weights(first, last, bin, reach, degree))
+        };
+        Self { rows: (0..bins).map(row).collect() }
+    }
+
+    /// The smooth values; zero in bins that do not count.
+    pub(super) fn apply(&self, values: &[f64], smooth: &mut [f64]) {
+        for (smooth, (first, weights)) in smooth.iter_mut().zip(&self.rows) {
+            *smooth = values[*first..].iter().zip(weights).map(|(value, weight)| value * weight).sum();
+        }
+    }
+}
+
+/// Weights of the values in bins `first` to `last` in that of the polynomial at `bin`; neighbors count the less, the farther
+/// away they are.
+fn weights(first: usize, last: usize, bin: usize, reach: usize, degree: usize) -> Vec<f64> {
+    let distance = |other: usize| (other as f64 - bin as f64) / (reach as f64 + 1.0);
+    let importance = |other: usize| 1.0 - distance(other) * distance(other);
+    let count = last - first + 1;
+    let power_of =
+        |row: usize, power: usize| std::iter::repeat_n(distance(first + row), power).product::<f64>();
+    let powers = DMatrix::from_fn(count, degree + 1, power_of);
+    let weighted =
+        DMatrix::from_fn(count, degree + 1, |row, power| importance(first + row) * powers[(row, power)]);
+    let Some(inverse) = (powers.transpose() * &weighted).try_inverse() else {
+        return (first..=last).map(|other| f64::from(u8::from(other == bin))).collect();
+    };
+    (0..count)
+        .map(|row| (0..=degree).map(|power| inverse[(0, power)] * weighted[(row, power)]).sum())
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn polynomials_stay_what_they_are() {
+        let smoothing = Smoothing::new(60, 5..55, 8);
+        let cubic = |bin: f64| 1.0 + 0.1 * bin - 0.003 * bin * bin + 2e-5 * bin * bin * bin;
+        let values: Vec<f64> = (0..60).map(|bin| cubic(f64::from(bin))).collect();
+        let mut smooth = vec![0.0; 60];
+        smoothing.apply(&values, &mut smooth);
+        for bin in 13..47 {
+            approx::assert_relative_eq!(smooth[bin], values[bin], max_relative = 1e-10);
+        }
+        // Near the ends a parabola, and nothing outside.
+        assert!((smooth[5] - values[5]).abs() < 0.01 && smooth[4] == 0.0 && smooth[55] == 0.0);
+    }
+}

@@ -201,3 +201,5 @@ fn for_each_gap([first, end]: [usize; 2], mut visit: impl FnMut(f64, f64)) {
         visit(middle + half * node, half * weight);
     }
 }
+
+persist!(Ranks { same nodes, value looks, slice distances, slice weights, value at_wall });

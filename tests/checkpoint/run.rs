@@ -136,30 +136,34 @@ fn what_cannot_be_written_is_said_and_harms_nothing() {
     let error = run(&folder.0.join("file").join("run"), 8000).of(builder(1), &mut CenterOfMass::new());
     assert!(matches!(error, Err(Error::CheckpointFile { .. })));
     // In between: the run goes on until there is room again.
-    let (mut failures, mut last) = (0, 0);
+    let endless = || Run::new(&path, 100, 1 << 40);
+    let (mut failures, stop) = (0, AtomicBool::new(false));
     let obstacle = folder.0.join("run.new");
     let mut observer = CenterOfMass::new();
-    let this =
-        Run::new(&path, 100, 20_000).checkpoint_every(Duration::from_millis(20)).progress(|progress| {
-            last = progress.sweep;
-            match progress.unsaved {
-                None if failures == 0 => fs::create_dir_all(&obstacle).unwrap(),
-                None => {}
-                Some(error) => {
-                    assert!(error.to_string().contains("run.new"));
-                    failures += 1;
-                    if failures == 3 {
-                        fs::remove_dir(&obstacle).unwrap();
-                    }
+    let this = endless().checkpoint_every(Duration::from_millis(20)).stop_on(&stop).progress(|progress| {
+        match progress.unsaved {
+            None if failures == 0 => fs::create_dir_all(&obstacle).unwrap(),
+            // There is room again, and it was found.
+            None => stop.store(true, Ordering::SeqCst),
+            Some(error) => {
+                assert!(error.to_string().contains("run.new"));
+                failures += 1;
+                if failures == 3 {
+                    fs::remove_dir(&obstacle).unwrap();
                 }
             }
-        });
+        }
+    });
     let (simulation, ended) = this.of(builder(1), &mut observer).unwrap();
-    assert!(failures >= 3 && ended.is_finished() && last == 20_100, "{failures} {last}");
+    assert!(failures >= 3 && ended.reason == Reason::Stopped, "{failures} {ended}");
     assert_eq!(Snapshot::read(&path).unwrap().sweep(), simulation.sweep());
     // At the end: it fails, and what was written before is as it was.
     let before = fs::read(&path).unwrap();
-    let this = Run::new(&path, 100, 40_000).progress(|_| fs::create_dir_all(&obstacle).unwrap());
+    stop.store(false, Ordering::SeqCst);
+    let this = endless().stop_on(&stop).progress(|_| {
+        fs::create_dir_all(&obstacle).unwrap();
+        stop.store(true, Ordering::SeqCst);
+    });
     assert!(matches!(this.of(builder(1), &mut observer), Err(Error::CheckpointFile { .. })));
     assert_eq!(fs::read(&path).unwrap(), before);
 }

@@ -12,7 +12,8 @@ use super::EventChains;
 pub(super) struct ChainLength {
     fixed: Option<f64>,
     tuned: f64,
-    /// Of all chains of a sweep.
+    /// Of all chains of a sweep: what is wanted, and what it is.
+    wanted_path_per_sphere: f64,
     pub(super) path_per_sphere: f64,
     /// Whether the forces of the start have been seen.
     pub(super) begun: bool,
@@ -30,10 +31,11 @@ impl ChainLength {
     /// What a sweep counts less than the next, since a start relaxes.
     const MEMORY: f64 = 0.7;
 
-    pub(super) fn new(fixed: Option<f64>) -> Self {
-        let path_per_sphere = EventChains::PATH_PER_SPHERE;
+    pub(super) fn new(chains: &EventChains) -> Self {
+        let path_per_sphere = chains.path_per_sphere;
         Self {
-            fixed,
+            fixed: chains.length,
+            wanted_path_per_sphere: path_per_sphere,
             tuned: 100.0,
             path_per_sphere,
             begun: false,
@@ -60,7 +62,7 @@ impl ChainLength {
         let [path, events] = &mut self.recent;
         if *events > 0.0 {
             self.path_per_sphere =
-                EventChains::PATH_PER_SPHERE.min(EventChains::MOST_EVENTS * *path / *events);
+                self.wanted_path_per_sphere.min(EventChains::MOST_EVENTS * *path / *events);
             (*path, *events) = (Self::MEMORY * *path, Self::MEMORY * *events);
         }
         if self.field_events > 0 {
@@ -75,6 +77,7 @@ impl ChainLength {
 persist!(
     ChainLength {
         same fixed,
+        same wanted_path_per_sphere,
         value tuned,
         value path_per_sphere,
         value begun,

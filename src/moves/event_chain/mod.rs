@@ -53,7 +53,7 @@ pub enum FieldEvent {
 ///
 /// Where the base is wide enough for several tiles of some 32 000 spheres, chains go tile by tile, between strips of spheres that
 /// are frozen meanwhile and turn chains round as walls do (Kapfer and Krauth, doi:10.1088/1742-6596/454/1/012031). Then a sweep runs all chains
-/// of some tiles, none in others, and [`PATH_PER_SPHERE`](Self::PATH_PER_SPHERE) holds on average over some tens of sweeps. The
+/// of some tiles, none in others, and [`path_per_sphere`](Self::path_per_sphere) holds on average over some tens of sweeps. The
 /// outcome does not depend on the number of cores that share them.
 ///
 /// Chains hold global balance, not detailed balance; the proof is in `docs/event_chains.md`.
@@ -74,6 +74,7 @@ pub struct EventChains {
     /// None where it is tuned.
     length: Option<f64>,
     vertical_fraction: f64,
+    path_per_sphere: f64,
     field_event: FieldEvent,
     local_moves: Option<LocalMoves>,
 }
@@ -85,6 +86,7 @@ impl Default for EventChains {
         Self {
             length: None,
             vertical_fraction: 0.9,
+            path_per_sphere: Self::PATH_PER_SPHERE,
             field_event: FieldEvent::Relocate,
             local_moves: Some(LocalMoves::one(0.5)),
         }
@@ -92,8 +94,7 @@ impl Default for EventChains {
 }
 
 impl EventChains {
-    /// Path of all chains of a sweep, in diameters per sphere, on average over sweeps; less where
-    /// vertical chains would be stopped more than [`MOST_EVENTS`](Self::MOST_EVENTS) times on it.
+    /// [`path_per_sphere`](Self::path_per_sphere) unless it is set.
     pub const PATH_PER_SPHERE: f64 = 0.25;
     /// Collisions and field events of a sweep, per sphere, beyond which its chains have a shorter path: so a sweep takes
     /// a bounded time in any field. It is found out while equilibrating.
@@ -135,6 +136,21 @@ impl EventChains {
                 value: fraction,
                 requirement,
             })
+        }
+    }
+
+    /// Path of all chains of a sweep, in diameters per sphere, on average over sweeps; less where
+    /// vertical chains would be stopped more than [`MOST_EVENTS`](Self::MOST_EVENTS) times on it. With a shorter path local moves
+    /// get a larger part of the time.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] below 1e-3 or above 1e3.
+    pub fn path_per_sphere(self, path: f64) -> Result<Self, Error> {
+        if (1e-3..=1e3).contains(&path) {
+            Ok(Self { path_per_sphere: path, ..self })
+        } else {
+            let requirement = "it must be at least 1e-3 and at most 1e3 diameters";
+            Err(Error::InvalidParameter { name: "path of event chains per sphere", value: path, requirement })
         }
     }
 
@@ -182,7 +198,7 @@ impl Engine {
     pub(super) fn new(chains: EventChains) -> Self {
         Self {
             chains,
-            length: Box::new(ChainLength::new(chains.length)),
+            length: Box::new(ChainLength::new(&chains)),
             bounds: ForceBounds::default(),
             advance: 0.0,
             tiles: Box::new(Tiles::new(Sizes::GOOD)),
@@ -190,7 +206,7 @@ impl Engine {
         }
     }
 
-    /// Chains whose lengths add up to at most [`EventChains::PATH_PER_SPHERE`] for every sphere, on average over
+    /// Chains whose lengths add up to at most [`EventChains::path_per_sphere`] for every sphere, on average over
     /// sweeps, and local moves.
     pub(super) fn sweep<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
         &mut self,

@@ -186,6 +186,8 @@ pub struct MoveCounts {
     pub chains: u64,
     /// Events that ended a straight piece of an event chain: a collision, a wall, or the field.
     pub events: u64,
+    /// Sweeps that ended with an error before all of their moves were made. What they made is counted above.
+    pub incomplete_sweeps: u64,
 }
 
 impl MoveCounts {
@@ -210,8 +212,16 @@ impl MoveCounts {
             left_domain: self.left_domain.saturating_sub(earlier.left_domain),
             chains: self.chains.saturating_sub(earlier.chains),
             events: self.events.saturating_sub(earlier.events),
+            incomplete_sweeps: self.incomplete_sweeps.saturating_sub(earlier.incomplete_sweeps),
         }
     }
 }
 
-persist!(MoveCounts { count trials, count accepted, count left_domain, count chains, count events });
+persist!(MoveCounts {
+    count trials,
+    count accepted,
+    count left_domain,
+    count chains,
+    count events,
+    count incomplete_sweeps,
+});

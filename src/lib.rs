@@ -69,6 +69,7 @@ mod diagnostics;
 pub mod drive;
 pub mod equation_of_state;
 mod error;
+mod failed_observer;
 pub mod field;
 mod frame;
 pub mod hydrostatics;

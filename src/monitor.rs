@@ -69,6 +69,8 @@ pub(crate) struct Monitor {
     records: bool,
     /// Number of the last sweep that was seen.
     seen: u64,
+    /// Sweeps that ended with an error, up to then.
+    incomplete: u64,
     /// Sweeps of production.
     sweeps: u64,
     /// Of the drive when production began.
@@ -105,6 +107,7 @@ impl Monitor {
         Self {
             records,
             seen: 0,
+            incomplete: 0,
             sweeps: 0,
             generation: 0,
             interval: Self::FIRST_INTERVAL,
@@ -250,7 +253,13 @@ impl Monitor {
 
 impl Observer for Monitor {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
-        let recorded = self.is_recording();
+        let incomplete = frame.move_counts().incomplete_sweeps;
+        let whole = std::mem::replace(&mut self.incomplete, incomplete) == incomplete;
+        if !whole {
+            // What was heard is not of this sweep alone, whose trials are known.
+            self.acceptance.accepted_now.fill(0);
+        }
+        let recorded = whole && self.is_recording();
         self.seen = frame.sweep();
         let production = frame.phase() == Phase::Production;
         if production && frame.sweep_of_phase() == 1 {
@@ -275,6 +284,7 @@ persist!(
     Monitor {
         same records,
         count seen,
+        count incomplete,
         count sweeps,
         count generation,
         count interval,

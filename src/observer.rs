@@ -7,6 +7,7 @@
 //! To add one, implement [`Observer`] for a type of your own (one method) and pass it by mutable
 //! reference to [`Simulation::run`](crate::Simulation::run); results are read from it afterwards.
 
+use crate::failed_observer::FailedObserver;
 use crate::frame::Frame;
 use nalgebra::Vector3;
 
@@ -125,7 +126,7 @@ macro_rules! observe_tuple {
     ($($name:ident $index:tt),+) => {
         impl<$($name: Observer),+> Observer for ($($name,)+) {
             fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
-                $(self.$index.observe(frame)?;)+
+                $(self.$index.observe(frame).map_err(|error| FailedObserver::at::<$name>($index, error))?;)+
                 Ok(())
             }
             fn recorder(&mut self) -> Option<&mut dyn Recorder> {

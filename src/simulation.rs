@@ -6,6 +6,7 @@ use crate::checkpoint::Identity;
 use crate::configuration::Configuration;
 use crate::diagnostics::{self, Case};
 use crate::drive::{Adaptation, Automatic, Certificate, Drive, Driven, ForceBalance, Scheme};
+use crate::failed_observer::FailedObserver;
 use crate::frame::{Frame, MoveCounts, Phase};
 use crate::monitor::Monitor;
 use crate::moves::{Engine, Moves, Sweep, TunedDisplacements};
@@ -214,7 +215,7 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
             let Self { driven, configuration, generator, move_counts, phase, .. } = self;
             // All who look, shown the same: who changes the potential does so afterwards.
             let mut all = (&mut self.monitor, &mut self.balance, &mut self.adaptation, &mut *observer);
-            self.engine.sweep(Sweep {
+            let swept = self.engine.sweep(Sweep {
                 scene: &driven.scene,
                 drive: &driven.drive,
                 configuration,
@@ -222,7 +223,12 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
                 move_counts,
                 phase: *phase,
                 recorder: all.recorder(),
-            })?;
+            });
+            if let Err(error) = swept {
+                // No frame shows it, so those who heard of its moves learn here that they are not of a whole sweep.
+                self.move_counts.incomplete_sweeps += 1;
+                return Err(error);
+            }
             self.sweep += 1;
             let seen = all.observe(&Frame {
                 scene: driven.scene.as_any(),
@@ -234,7 +240,7 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
                 move_counts,
             });
             self.adaptation.adapt(&mut driven.drive, &driven.scene.as_any())?;
-            seen.map_err(|source| Error::Observer { sweep: self.sweep, source })?;
+            seen.map_err(|error| FailedObserver::after(self.sweep, error))?;
         }
         Ok(())
     }

@@ -339,6 +339,9 @@ impl fmt::Display for MixingEvidence {
     }
 }
 
+/// A wall that carries more of the largest pressure is not where a column ends.
+const CLOSED: f64 = 0.3;
+
 impl fmt::Display for Warning {
     #[allow(clippy::too_many_lines, reason = "one arm for each variant")]
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -388,10 +391,17 @@ impl fmt::Display for Warning {
                 "the field has changed {changes} times while measuring, which breaks detailed balance: take a scheme \
                  that freezes it"
             ),
+            Self::LidTooLow { lid, pressure_ratio } if *pressure_ratio > CLOSED => write!(
+                formatter,
+                "closed box: the wall at height {lid:.1} carries {:.2} % of the largest pressure, which P(x) as a weight \
+                 leaves out: measure it (WallPressure) and add it (set_open_end_pressure)",
+                100.0 * pressure_ratio,
+            ),
             Self::LidTooLow { lid, pressure_ratio } => write!(
                 formatter,
                 "the lid is too low: the wall at height {lid:.1}, where the column ends, carries {:.2} % of the largest \
-                 pressure: raise the lid, or add the pressure on that wall (set_open_end_pressure)",
+                 pressure: raise the lid, or measure the pressure on that wall (WallPressure) and add it \
+                 (set_open_end_pressure)",
                 100.0 * pressure_ratio,
             ),
             Self::Metastable { lowest_height, highest_height, packing_fraction } => write!(

@@ -149,14 +149,14 @@ impl Iteration {
         drift(&self.centers).is_ok_and(|drift| drift.deviation_from(0.0).abs() <= LARGEST_DRIFT)
     }
 
-    /// Ends a step: if the column was at rest, the field becomes that of what was measured.
+    /// Ends a step: if the column was at rest, the field becomes that of what was measured. Nothing changes on an error.
     fn update(&mut self, potential: &mut EffectivePotential, scene: &AnyScene<'_>) -> Result<(), Error> {
         if self.at_rest() {
             let contact = self.average.open_end_pressure(scene, &self.prior);
-            self.open_end_pressure += self.end_gain * (contact - self.open_end_pressure);
-            let ratios =
-                self.average.ratios(scene, potential.bin_width(), self.open_end_pressure, &self.prior);
-            potential.set(self.open_end_pressure, |bin| ratios[bin])?;
+            let end = self.open_end_pressure + self.end_gain * (contact - self.open_end_pressure);
+            let ratios = self.average.ratios(scene, potential.bin_width(), end, &self.prior);
+            potential.set(end, |bin| ratios[bin])?;
+            self.open_end_pressure = end;
             self.measured = self.average.measured_share(scene, potential.bin_width(), &self.prior);
             self.configurations_in_force = self.average.configurations();
         }
@@ -175,17 +175,19 @@ impl Observer for Iteration {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         self.adapting = frame.phase() == Phase::Equilibration;
         if self.adapting {
-            self.sweeps += 1;
+            let sweeps = self.sweeps + 1;
             let [begin, end] = self.step;
-            let relaxed = 4 * (self.sweeps - begin) > end - begin;
+            let relaxed = 4 * (sweeps - begin) > end - begin;
             // As many centers of mass for a long step as for a short one.
             let interval = ((end - begin) / Self::MOST_CENTERS).max(1);
-            if relaxed && self.sweeps.is_multiple_of(interval) {
-                self.centers.push(frame.heights().sum::<f64>() / frame.particles() as f64);
-            }
-            if relaxed && self.sweeps.is_multiple_of(Self::SWEEPS_BETWEEN_LOOKS) {
+            // First what asks a field of a user's own.
+            if relaxed && sweeps.is_multiple_of(Self::SWEEPS_BETWEEN_LOOKS) {
                 self.average.add(frame);
             }
+            if relaxed && sweeps.is_multiple_of(interval) {
+                self.centers.push(frame.heights().sum::<f64>() / frame.particles() as f64);
+            }
+            self.sweeps = sweeps;
         }
         Ok(())
     }
@@ -197,8 +199,13 @@ impl Adaptation<EffectivePotential> for Iteration {
         if !self.adapting || self.sweeps < end {
             return Ok(());
         }
+        let updated = self.update(potential, scene);
+        if updated.is_err() {
+            // The field in force stays, and the next step begins.
+            self.clear();
+        }
         self.step = [end, 2 * end];
-        self.update(potential, scene)
+        updated
     }
 
     fn start_production(

@@ -2,6 +2,7 @@
 
 use super::bins::{Bins, HeightBins, Place};
 use super::diagnostics;
+use super::one_run::OneRun;
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Error, Frame, Merge, Observer, ObserverError, Slab, Warning};
 
@@ -27,6 +28,7 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Slab, Warning};
 /// ```
 #[derive(Debug, Clone)]
 pub struct DensityProfile {
+    run: OneRun,
     bins: HeightBins,
     counts: Vec<f64>,
     averages: BlockAverages,
@@ -52,7 +54,7 @@ impl DensityProfile {
     pub fn new(slab: &Slab, bins: Bins) -> Result<Self, Error> {
         let bins = bins.of(slab)?;
         let averages = BlockAverages::new(bins.count())?;
-        Ok(Self { bins, counts: vec![0.0; bins.count()], averages })
+        Ok(Self { run: OneRun::in_slab(slab), bins, counts: vec![0.0; bins.count()], averages })
     }
 
     /// Frames observed.
@@ -122,13 +124,16 @@ impl DensityProfile {
 impl Merge for DensityProfile {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;
-        self.averages.merge(&other.averages)
+        self.run.require_same_scene(&other.run)?;
+        self.averages.merge(&other.averages)?;
+        self.run.join(&other.run);
+        Ok(())
     }
 }
 
 impl Observer for DensityProfile {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
-        self.bins.require_slab_of(frame)?;
+        self.run.admit(frame)?;
         self.counts.fill(0.0);
         for height in frame.heights() {
             if let Place::Inside(bin, _) = self.bins.locate(height) {
@@ -140,7 +145,7 @@ impl Observer for DensityProfile {
     }
 }
 
-persist!(DensityProfile { same bins, part averages });
+persist!(DensityProfile { part run, same bins, part averages });
 
 #[cfg(test)]
 mod tests {

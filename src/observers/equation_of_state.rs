@@ -2,6 +2,7 @@
 
 use super::bins::{Bins, HeightBins};
 use super::diagnostics;
+use super::one_run::OneRun;
 use super::pressure::weigh_column;
 use crate::equation_of_state::{EquationOfState, packing_fraction};
 use crate::statistics::{BlockAverages, Estimate};
@@ -22,6 +23,7 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Slab, Warning};
 /// saw a sphere in it, the error is.
 #[derive(Debug, Clone)]
 pub struct EquationOfStateProfile {
+    run: OneRun,
     bins: HeightBins,
     open_end_pressure: f64,
     /// Of the scene at the middles of the bins; empty before the first frame.
@@ -86,6 +88,7 @@ impl EquationOfStateProfile {
     pub fn new(slab: &Slab, bins: Bins) -> Result<Self, Error> {
         let bins = bins.of(slab)?;
         Ok(Self {
+            run: OneRun::in_slab(slab),
             bins,
             open_end_pressure: 0.0,
             temperatures: Vec::new(),
@@ -277,23 +280,22 @@ impl EquationOfStateProfile {
 impl Merge for EquationOfStateProfile {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;
+        self.run.require_same_scene(&other.run)?;
+        self.averages.merge(&other.averages)?;
+        self.run.join(&other.run);
         if self.temperatures.is_empty() {
             self.temperatures.clone_from(&other.temperatures);
-        } else if !other.temperatures.is_empty() {
-            super::require_same_temperatures(&self.temperatures, other.temperatures.iter().copied())?;
         }
-        self.averages.merge(&other.averages)
+        Ok(())
     }
 }
 
 impl Observer for EquationOfStateProfile {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
-        self.bins.require_slab_of(frame)?;
-        let temperatures = self.bins.centers().map(|height| frame.temperature().temperature(height));
+        self.run.admit(frame)?;
         if self.temperatures.is_empty() {
-            self.temperatures.extend(temperatures);
-        } else {
-            super::require_same_temperatures(&self.temperatures, temperatures)?;
+            let temperature = |height: f64| frame.temperature().temperature(height);
+            self.temperatures = self.bins.centers().map(temperature).collect();
         }
         let (counts, pressures) = self.sample.split_at_mut(self.bins.count());
         counts.fill(0.0);
@@ -304,7 +306,7 @@ impl Observer for EquationOfStateProfile {
 }
 
 persist!(
-    EquationOfStateProfile { same bins, value open_end_pressure, value temperatures, part averages },
+    EquationOfStateProfile { part run, same bins, value open_end_pressure, value temperatures, part averages },
     |profile| profile.temperatures.is_empty() || profile.temperatures.len() == profile.bins.count()
 );
 

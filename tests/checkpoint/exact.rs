@@ -9,7 +9,7 @@ use gradient_mc::moves::{EventChains, FieldEvent, LocalMoves, Moves};
 use gradient_mc::observers::{
     Bins, CenterOfMass, ChainPressureProfile, DensityProfile, DisplacementProfile, EquationOfStateFit,
     EquationOfStateProfile, HexaticOrder, NeighborAngles, PressureProfile, RadialDistribution,
-    StructureProfile,
+    StructureProfile, WallPressure,
 };
 use gradient_mc::start::{ClosePacked, RandomInsertion};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
@@ -21,11 +21,11 @@ use gradient_mc::{
 type All = (
     (DensityProfile, PressureProfile, EquationOfStateProfile, Every<ChainPressureProfile>),
     (Every<DisplacementProfile>, CenterOfMass, Option<HexaticOrder>),
-    Box<(StructureProfile, EquationOfStateFit)>,
+    Box<(StructureProfile, EquationOfStateFit, WallPressure)>,
     Every<(NeighborAngles, RadialDistribution)>,
 );
 
-fn all<F, T>(scene: &Scene<F, T>) -> All {
+fn all<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>) -> All {
     let slab = scene.slab();
     let bins = Bins::count(12);
     (
@@ -40,7 +40,11 @@ fn all<F, T>(scene: &Scene<F, T>) -> All {
             CenterOfMass::new(),
             Some(HexaticOrder::new(slab, 0.5, 1.5, 1.5).unwrap()),
         ),
-        Box::new((StructureProfile::new(slab, bins).unwrap(), EquationOfStateFit::new(scene).unwrap())),
+        Box::new((
+            StructureProfile::new(slab, bins).unwrap(),
+            EquationOfStateFit::new(scene).unwrap(),
+            WallPressure::new(scene).unwrap(),
+        )),
         Every::new(
             3,
             (

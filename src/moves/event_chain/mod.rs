@@ -243,8 +243,8 @@ impl Engine {
         let share = self.chains.vertical_fraction;
         let vertical = share * lateral_length / (share * lateral_length + (1.0 - share) * vertical_length);
         // What one sweep uses too much, later ones use less. Lengths do not depend on the configuration,
-        // so neither does where a sweep ends.
-        self.advance -= self.length.path_per_sphere * particles as f64;
+        // so neither does where a sweep ends. What one that failed did not use is not made up for.
+        self.advance = self.advance.max(0.0) - self.length.path_per_sphere * particles as f64;
         while self.advance < 0.0 {
             let axis = if unit(sweep.generator) < vertical {
                 0

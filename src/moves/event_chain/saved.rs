@@ -11,8 +11,8 @@ impl Engine {
         archive.part("length", &mut self.length)?;
         archive.value("advance", &mut self.advance)?;
         archive.value("owed", self.tiles.owed_mut())?;
-        // A chain is never more ahead than by its own length, and so much is never owed.
-        archive.check(self.advance.abs() <= 2.0 * EventChains::MAXIMUM_LENGTH)?;
+        // A chain is never more ahead than by its own length, and so much is never owed. What is behind is forgotten.
+        archive.check(self.advance <= 2.0 * EventChains::MAXIMUM_LENGTH)?;
         archive.check(self.tiles.owed_mut().iter().all(|owed| owed.abs() <= EventChains::MAXIMUM_LENGTH))?;
         self.local
             .as_mut()

@@ -102,6 +102,8 @@ pub struct TunedDisplacements {
     plan: Plan,
     /// Bands below and above the middle of a slab that it covers.
     reach: usize,
+    /// Of the sweep under way: band, candidate and number of trials.
+    trials: Vec<(usize, usize, f64)>,
     /// Rungs of the slabs of this sweep.
     candidates: Vec<usize>,
     adapting: bool,
@@ -204,6 +206,7 @@ impl TunedDisplacements {
         let moves = &self.ladder[long.unwrap_or(SHORT - 1)];
         domains.cut(grid, particles, [moves.maximum_displacement(), moves.largest_across()], generator);
         self.candidates.clear();
+        self.trials.clear();
         // One more than this time, since their number varies.
         self.candidates.reserve(domains.slabs() + 1);
         for slab in 0..domains.slabs() {
@@ -217,7 +220,7 @@ impl TunedDisplacements {
                 for layer in first..end {
                     let spheres = &layers[layer + 1].spheres;
                     let count = spheres.iter().filter(|sphere| sphere.number != NOBODY).count();
-                    self.counts[layer / self.layers_per_band][candidate].trials += count as f64;
+                    self.trials.push((layer / self.layers_per_band, candidate, count as f64));
                 }
             }
         }
@@ -261,6 +264,9 @@ impl TunedDisplacements {
 
     /// Ends a sweep that was learnt from.
     pub(super) fn finish(&mut self) {
+        for &(band, candidate, trials) in &self.trials {
+            self.counts[band][candidate].trials += trials;
+        }
         self.sweeps += 1;
         if self.sweeps >= self.next_update {
             self.update();

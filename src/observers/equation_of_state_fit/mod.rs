@@ -6,7 +6,7 @@ mod measured;
 mod ranks;
 mod smoothing;
 persist!(
-    EquationOfStateFit { same spheres, count frames, part ranks, part collisions, part averages },
+    EquationOfStateFit { part run, same spheres, count frames, part ranks, part collisions, part averages },
     |fit| fit.frames < EquationOfStateFit::INTERVAL
 );
 
@@ -16,6 +16,7 @@ mod tests;
 pub use measured::{EquationOfStateCurve, MeasuredEquationOfState};
 
 use super::bins::{Bins, HeightBins};
+use super::one_run::OneRun;
 use crate::equation_of_state::packing_fraction;
 use crate::statistics::BlockAverages;
 use crate::{AcceptedMove, Collision, Error, Frame, Merge, Observer, ObserverError, Recorder, Scene, Slab};
@@ -66,6 +67,7 @@ use ranks::Ranks;
 pub struct EquationOfStateFit {
     slab: Slab,
     spheres: usize,
+    run: OneRun,
     bins: HeightBins,
     ranks: Ranks,
     collisions: Collisions,
@@ -100,6 +102,7 @@ impl EquationOfStateFit {
         let collisions = Collisions::new(bins, layers, Self::SMOOTHING);
         let components = ranks.components() + collisions.components();
         Ok(Self {
+            run: OneRun::in_slab(&slab),
             slab,
             spheres,
             bins,
@@ -202,7 +205,6 @@ fn bins_in(bins: &HeightBins, [low, high]: [f64; 2]) -> std::ops::Range<usize> {
 
 impl Observer for EquationOfStateFit {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
-        self.bins.require_slab_of(frame)?;
         if frame.particles() != self.spheres {
             let requirement = "the observer was made for another number of spheres";
             let value = frame.particles() as f64;
@@ -210,6 +212,7 @@ impl Observer for EquationOfStateFit {
                 Error::InvalidParameter { name: "number of spheres observed", value, requirement }.into()
             );
         }
+        self.run.admit(frame)?;
         if self.frames.is_multiple_of(Self::BETWEEN_COUNTS) {
             self.collisions.observe(frame);
         }
@@ -257,6 +260,9 @@ impl Merge for EquationOfStateFit {
             let value = other.spheres as f64;
             return Err(Error::InvalidParameter { name: "number of spheres", value, requirement });
         }
-        self.averages.merge(&other.averages)
+        self.run.require_same_scene(&other.run)?;
+        self.averages.merge(&other.averages)?;
+        self.run.join(&other.run);
+        Ok(())
     }
 }

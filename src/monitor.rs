@@ -273,6 +273,29 @@ impl Observer for Monitor {
     }
 }
 
+persist!(Acceptance { counts trials, counts accepted, counts accepted_now });
+persist!(
+    Monitor {
+        same records,
+        count seen,
+        count incomplete,
+        count sweeps,
+        count generation,
+        count interval,
+        value series,
+        value marks,
+        counts occupancy,
+        count weight,
+        part acceptance,
+    },
+    |monitor| {
+        let length = monitor.series[0].len();
+        monitor.interval > 0
+            && length <= Monitor::LONGEST_SERIES
+            && monitor.series.iter().all(|series| series.len() == length)
+    }
+);
+
 #[cfg(test)]
 mod tests {
     use super::*;

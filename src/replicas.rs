@@ -113,6 +113,20 @@ impl<'a> Replicas<'a> {
         if self.threads > 0 { self.threads } else { thread::available_parallelism().map_or(1, NonZero::get) }
     }
 
+    /// One of them, by its number from 0: what a task of a job array runs by itself.
+    ///
+    /// ```
+    /// use gradient_mc::Replicas;
+    /// let replicas = Replicas::new(2).seed(1);
+    /// let seeds = replicas.run(|replica| Ok(replica.seed()))?;
+    /// assert_eq!(seeds.replicas(), [replicas.replica(0).seed(), replicas.replica(1).seed()]);
+    /// # Ok::<(), gradient_mc::Error>(())
+    /// ```
+    #[must_use]
+    pub fn replica(&self, index: usize) -> Replica {
+        Replica { index, seed: seed_of(self.seed, 0, index) }
+    }
+
     /// Does `work` for every replica.
     ///
     /// # Errors

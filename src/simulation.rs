@@ -1,6 +1,8 @@
 //! The simulation: a scene, its drive, a configuration and a generator.
 
 use crate::centers::Centers;
+#[cfg(feature = "checkpoint")]
+use crate::checkpoint::Identity;
 use crate::configuration::Configuration;
 use crate::diagnostics::{self, Case};
 use crate::drive::{Adaptation, Automatic, Certificate, Drive, Driven, ForceBalance, Scheme};
@@ -10,6 +12,7 @@ use crate::monitor::Monitor;
 use crate::moves::{Engine, Moves, Sweep, TunedDisplacements};
 use crate::observer::Observer;
 use crate::random::Generator;
+use crate::scene::AnyScene;
 use crate::start::{Start, Theory};
 use crate::{Error, Field, Scene, TemperatureProfile, Warning, temperature};
 use nalgebra::Vector3;
@@ -61,6 +64,8 @@ pub struct Simulation<F, T, S: Scheme<F, T> = Automatic> {
     monitor: Monitor,
     /// Where the temperature varies.
     balance: Option<Box<ForceBalance>>,
+    #[cfg(feature = "checkpoint")]
+    identity: Identity,
 }
 
 /// Collects the choices that make a [`Simulation`]: a scheme, a start, moves and a seed, in any
@@ -118,21 +123,39 @@ impl<F: Field, T: TemperatureProfile, S> SimulationBuilder<F, T, S> {
     where
         S: Scheme<F, T>,
     {
+        self.place(|scene, start, generator| {
+            let positions: Vec<[f64; 3]> =
+                start.place(scene, generator)?.into_iter().map(Into::into).collect();
+            if positions.len() != scene.particles() {
+                return Err(Error::WrongParticleCount {
+                    expected: scene.particles(),
+                    found: positions.len(),
+                });
+            }
+            Configuration::new(*scene.slab(), &positions)
+        })
+    }
+
+    /// Makes all but the configuration, which `spheres` makes.
+    fn place(
+        self,
+        spheres: impl FnOnce(&AnyScene<'_>, &dyn Start, &mut Generator) -> Result<Configuration, Error>,
+    ) -> Result<Simulation<F, T, S>, Error>
+    where
+        S: Scheme<F, T>,
+    {
         let Self { scene, scheme, start, moves, seed } = self;
         let moves = Moves::chosen(moves, scheme.depends_on_moves())?;
         moves.check(scene.slab())?;
         let (drive, adaptation) = scheme.drive(&scene)?;
         let mut generator = Generator::seed_from_u64(seed);
-        let positions: Vec<[f64; 3]> =
-            start.place(&scene.as_any(), &mut generator)?.into_iter().map(Into::into).collect();
-        if positions.len() != scene.particles() {
-            return Err(Error::WrongParticleCount { expected: scene.particles(), found: positions.len() });
-        }
-        let configuration = Configuration::new(*scene.slab(), &positions)?;
+        let configuration = spheres(&scene.as_any(), start.as_ref(), &mut generator)?;
         let engine = Engine::new(moves);
         let varies = temperature::constant(scene.temperature(), scene.slab()).is_none();
         let certifiable = !adaptation.follows_every_configuration();
         Ok(Simulation {
+            #[cfg(feature = "checkpoint")]
+            identity: Identity::new(&scene, &drive, &moves, seed),
             monitor: Monitor::new(scene.slab(), engine.has_only_local_moves()),
             balance: varies.then(|| Box::new(ForceBalance::new(&scene.as_any(), certifiable))),
             driven: Driven { scene, drive },
@@ -147,6 +170,9 @@ impl<F: Field, T: TemperatureProfile, S> SimulationBuilder<F, T, S> {
         })
     }
 }
+
+#[cfg(feature = "checkpoint")]
+mod saved;
 
 impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     /// Runs `sweeps` sweeps during which the drive may adapt, and shows each to `observer`; `&mut ()`
@@ -367,6 +393,8 @@ impl<F: Clone, T: Clone, S: Scheme<F, T, Drive: Clone, Adaptation: Clone>> Clone
             before_phase: self.before_phase,
             monitor: self.monitor.clone(),
             balance: self.balance.clone(),
+            #[cfg(feature = "checkpoint")]
+            identity: self.identity.clone(),
         }
     }
 }

@@ -282,6 +282,8 @@ impl Observer for ForceBalance {
     }
 }
 
+persist!(ForceBalance { value measured, part averages, value replica_drifts });
+
 impl Merge for ForceBalance {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.averages.merge(&other.averages)?;

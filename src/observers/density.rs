@@ -145,6 +145,8 @@ impl Observer for DensityProfile {
     }
 }
 
+persist!(DensityProfile { part run, same bins, part averages });
+
 #[cfg(test)]
 mod tests {
     use super::super::test_frame::{Scene, ideal_heights};

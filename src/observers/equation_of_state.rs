@@ -305,6 +305,11 @@ impl Observer for EquationOfStateProfile {
     }
 }
 
+persist!(
+    EquationOfStateProfile { part run, same bins, value open_end_pressure, value temperatures, part averages },
+    |profile| profile.temperatures.is_empty() || profile.temperatures.len() == profile.bins.count()
+);
+
 #[cfg(test)]
 mod tests {
     use super::super::test_frame::{Scene, ideal_heights};

@@ -162,6 +162,8 @@ pub(super) fn weigh_column(
     }
 }
 
+persist!(PressureProfile { part run, same bins, value open_end_pressure, part averages });
+
 #[cfg(test)]
 mod tests {
     use super::super::test_frame::{Scene, ideal_heights};

@@ -50,11 +50,12 @@ fn run(moves: Moves, sweeps: u64, seed: u64) -> ([Estimate; QUANTITIES], bool) {
 
 /// Mean squares of (value − mean of all)/error, and the share of runs that are warned of.
 fn calibration(moves: &Moves, sweeps: u64) -> ([f64; QUANTITIES], f64) {
-    let runs: Vec<_> = (0..REPLICAS).map(|seed| run(moves.clone(), sweeps, 7000 + seed)).collect();
+    let runs: Vec<_> = (0..REPLICAS).map(|seed| run(*moves, sweeps, 7000 + seed)).collect();
     let replicas = REPLICAS as f64;
     let squares = std::array::from_fn(|index| {
         let mean = runs.iter().map(|(results, _)| results[index].mean).sum::<f64>() / replicas;
-        let squares = runs.iter().map(|(results, _)| results[index].deviation_from(mean).powi(2));
+        let pulls = runs.iter().map(|(results, _)| results[index].deviation_from(mean));
+        let squares = pulls.map(|pull| pull * pull);
         squares.sum::<f64>() / (replicas - 1.0)
     });
     (squares, runs.iter().filter(|(_, warned)| *warned).count() as f64 / replicas)

@@ -5,6 +5,11 @@ mod least_squares;
 mod measured;
 mod ranks;
 mod smoothing;
+persist!(
+    EquationOfStateFit { part run, same spheres, count frames, part ranks, part collisions, part averages },
+    |fit| fit.frames < EquationOfStateFit::INTERVAL
+);
+
 #[cfg(test)]
 mod tests;
 

@@ -205,3 +205,5 @@ fn gaps([first, end]: [usize; 2]) -> [Option<(f64, f64)>; 8] {
     }
     gaps
 }
+
+persist!(Ranks { same nodes, value looks, slice distances, slice weights, value at_wall });

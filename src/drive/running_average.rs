@@ -117,7 +117,7 @@ impl Averaging {
     fn update(&mut self, potential: &mut EffectivePotential, scene: &AnyScene<'_>) -> Result<(), Error> {
         let open_end_pressure = self.average.open_end_pressure(scene, &self.prior);
         let ratios = self.average.ratios(scene, potential.bin_width(), open_end_pressure, &self.prior);
-        self.measured = self.average.measured_share(scene, potential.bin_width(), &self.prior);
+        self.measured = self.average.measured_share(scene, potential.bin_width(), &self.prior, &self.average);
         potential.set(open_end_pressure, |bin| ratios[bin])
     }
 

@@ -1,12 +1,13 @@
 //! The one error type of the library.
 
 use crate::equation_of_state::DomainSide;
+use crate::failed_observer::describe;
 use std::fmt;
 use thiserror::Error;
 
 /// What can go wrong, with the numbers that say where and what to do.
 ///
-/// It prints as a sentence with `{}` and `{:?}` alike, with its source if it has one, so that
+/// It prints as a sentence with `{}` and `{:?}` alike, which names its cause if it has one, so that
 /// `fn main() -> Result<(), gradient_mc::Error>` ends with it.
 #[derive(Error)]
 #[non_exhaustive]
@@ -132,10 +133,15 @@ pub enum Error {
         /// The moves.
         moves: &'static str,
     },
-    /// The effective potential of a non-isothermal scene is not finite at some height.
+    /// The reduced potential of a scene is not finite at some height.
     #[error(
-        "the reduced potential is {potential} at height {height}: the scene is too steep there",
-        height = figures(*height), potential = figures(*potential)
+        "the reduced potential is {potential} at height {height}: {cause}",
+        height = figures(*height), potential = figures(*potential),
+        cause = if potential.is_nan() {
+            "field or temperature are no numbers there"
+        } else {
+            "the scene is too steep there"
+        }
     )]
     #[non_exhaustive]
     InvalidPotential {
@@ -333,29 +339,102 @@ pub enum Error {
         /// Independent observations from there on.
         effective_sample_size: f64,
     },
+    /// An observer of one run was shown a frame of another: of another scene, or of a run that starts anew, whose sweeps do
+    /// not go on where they were.
+    #[error(
+        "an observer looks at one run, but the {what} was {seen} and is now {shown}: take an observer of its own for \
+         another run, and pool them with `Merge`", seen = figures(*seen), shown = figures(*shown)
+    )]
+    #[non_exhaustive]
+    AnotherRun {
+        /// What differs: a length of the slab, the number of spheres, field or temperature at some height, or the number
+        /// of the sweep, which did not increase.
+        what: &'static str,
+        /// Its value in the frames before.
+        seen: f64,
+        /// Its value in the frame that was refused.
+        shown: f64,
+    },
     /// A start, a scheme or an adaptation of a user's own failed with an error of its own.
     #[error(transparent)]
     Custom(Box<dyn std::error::Error + Send + Sync>),
     /// An observer failed; its own error is the source.
-    #[error("an observer failed after sweep {sweep}")]
+    #[error("{who} failed after sweep {sweep}: {source}", who = describe(position, name))]
     #[non_exhaustive]
     Observer {
         /// Sweeps completed when it failed.
         sweep: u64,
+        /// Its index in the tuple of observers, and in each tuple inside; empty for one alone.
+        position: Vec<usize>,
+        /// Its type.
+        name: &'static str,
         /// The observer's own error.
         #[source]
         source: Box<dyn std::error::Error + Send + Sync>,
     },
     /// A table could not be written.
     #[cfg(feature = "csv")]
-    #[error("the table cannot be written")]
+    #[error("the table cannot be written: {source}")]
     Write {
         /// What the writer returned.
         #[source]
         source: std::io::Error,
     },
+    /// A checkpoint is of another run, or of another observer, than what is to go on.
+    #[cfg(feature = "checkpoint")]
+    #[error("the checkpoint is of another run: {what} was {saved}, and is {given} here")]
+    #[non_exhaustive]
+    CheckpointMismatch {
+        /// What differs.
+        what: String,
+        /// What it is in the checkpoint.
+        saved: String,
+        /// What it is in the program that reads it.
+        given: String,
+    },
+    /// A checkpoint is not as it was written.
+    #[cfg(feature = "checkpoint")]
+    #[error("the checkpoint is damaged: {what}")]
+    #[non_exhaustive]
+    CheckpointDamaged {
+        /// What is wrong, or the name of the item that makes no sense.
+        what: String,
+    },
+    /// A checkpoint of another version of the format.
+    #[cfg(feature = "checkpoint")]
+    #[error(
+        "the checkpoint has format {found}, and this program reads format {known}: finish the run with that which wrote it"
+    )]
+    #[non_exhaustive]
+    CheckpointVersion {
+        /// Version of the file.
+        found: u32,
+        /// The version that can be read.
+        known: u32,
+    },
+    /// Two checkpoints to be pooled are of one seed, so of one run.
+    #[cfg(feature = "checkpoint")]
+    #[error("{} and {} are of the same seed {seed}: the one run would count twice", paths[0].display(), paths[1].display())]
+    #[non_exhaustive]
+    SameSeed {
+        /// The seed.
+        seed: u64,
+        /// Both files.
+        paths: [std::path::PathBuf; 2],
+    },
+    /// A file of a checkpoint cannot be written or read; the source says why.
+    #[cfg(feature = "checkpoint")]
+    #[error("{}", path.display())]
+    #[non_exhaustive]
+    CheckpointFile {
+        /// The file, or the folder.
+        path: std::path::PathBuf,
+        /// What the system said, or what is wrong with the file.
+        #[source]
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
     /// One of several replicas failed; its own error is the source.
-    #[error("replica {replica}, of seed {seed}, failed")]
+    #[error("replica {replica}, of seed {seed}, failed: {source}")]
     Replica {
         /// Its number, from 0.
         replica: usize,
@@ -367,16 +446,10 @@ pub enum Error {
     },
 }
 
-/// The sentence, and its source.
+/// The sentence.
 impl fmt::Debug for Error {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(formatter, "{self}")?;
-        let mut source = std::error::Error::source(self);
-        while let Some(error) = source {
-            write!(formatter, ": {error}")?;
-            source = error.source();
-        }
-        Ok(())
+        fmt::Display::fmt(self, formatter)
     }
 }
 

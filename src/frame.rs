@@ -8,6 +8,7 @@ use std::fmt;
 
 /// What part of a run a sweep belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Phase {
     /// Before the measurement: a drive may adapt.
     Equilibration,
@@ -171,6 +172,7 @@ impl<'a> Frame<'a> {
 
 /// Counts of moves and what became of them, since the simulation was built.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct MoveCounts {
     /// Local moves tried.
@@ -184,6 +186,8 @@ pub struct MoveCounts {
     pub chains: u64,
     /// Events that ended a straight piece of an event chain: a collision, a wall, or the field.
     pub events: u64,
+    /// Sweeps that ended with an error before all of their moves were made. What they made is counted above.
+    pub incomplete_sweeps: u64,
 }
 
 impl MoveCounts {
@@ -208,6 +212,16 @@ impl MoveCounts {
             left_domain: self.left_domain.saturating_sub(earlier.left_domain),
             chains: self.chains.saturating_sub(earlier.chains),
             events: self.events.saturating_sub(earlier.events),
+            incomplete_sweeps: self.incomplete_sweeps.saturating_sub(earlier.incomplete_sweeps),
         }
     }
 }
+
+persist!(MoveCounts {
+    count trials,
+    count accepted,
+    count left_domain,
+    count chains,
+    count events,
+    count incomplete_sweeps,
+});

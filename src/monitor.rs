@@ -69,15 +69,17 @@ pub(crate) struct Monitor {
     records: bool,
     /// Number of the last sweep that was seen.
     seen: u64,
+    /// Sweeps that ended with an error, up to then.
+    incomplete: u64,
     /// Sweeps of production.
     sweeps: u64,
     /// Of the drive when production began.
     generation: u64,
     /// Sweeps between two numbers of the series.
     interval: u64,
-    /// Of the center of mass, and of the number of spheres below or above each mark.
+    /// Of the center of mass, and of the number of spheres below each mark.
     series: [Vec<f64>; 1 + Self::MARKS],
-    /// Heights that spheres are counted below (two) and above (two).
+    /// Heights that spheres are counted below: two in the column, two near the base.
     marks: [f64; Self::MARKS],
     lowest_center: f64,
     /// Spheres by band, summed over looks that count for as many sweeps as they are apart.
@@ -93,6 +95,8 @@ impl Monitor {
     /// to 0.5 % of eight thousand, and less the longer a run.
     const LONGEST_SERIES: usize = 128;
     const MARKS: usize = 4;
+    /// The first so many series are of the column, the others of what is near the base.
+    const OF_COLUMN: usize = 3;
     pub(crate) const FIRST_INTERVAL: u64 = 8;
     /// Looks at the bands are at least so many sweeps apart.
     const SWEEPS_BETWEEN_COUNTS: u64 = 32;
@@ -105,6 +109,7 @@ impl Monitor {
         Self {
             records,
             seen: 0,
+            incomplete: 0,
             sweeps: 0,
             generation: 0,
             interval: Self::FIRST_INTERVAL,
@@ -184,12 +189,11 @@ impl Monitor {
         }
         let [center, counts @ ..] = &mut self.series;
         center.push(moment / frame.particles() as f64);
-        // The number above a height has the same memory as that below.
         counts.iter_mut().zip(below).for_each(|(series, below)| series.push(below as f64));
     }
 
-    /// Chooses the marks: half a diameter above the lowest centers, where the first layer is; the
-    /// lowest band; and the edges of bands that half and nine tenths of the spheres are below.
+    /// Chooses the marks: the edges of bands that half and nine tenths of the spheres are below, where the number below
+    /// tells the weight above; half a diameter above the lowest centers, where the first layer is; and the lowest band.
     fn mark(&mut self, frame: &Frame<'_>) {
         const LAYER: f64 = 0.5;
         let mut counts = vec![0_usize; self.bands.count];
@@ -202,7 +206,7 @@ impl Monitor {
             });
             self.bands.edge(1 + reached.unwrap_or(0))
         };
-        self.marks = [self.lowest_center + LAYER, self.bands.edge(1), quantile(0.5), quantile(0.9)];
+        self.marks = [quantile(0.5), quantile(0.9), self.lowest_center + LAYER, self.bands.edge(1)];
     }
 
     /// Sweeps of production.
@@ -220,17 +224,10 @@ impl Monitor {
         &self.series[0]
     }
 
-    /// All series, evenly spaced in time over production.
-    pub(crate) fn series(&self) -> impl Iterator<Item = (Quantity, &[f64])> {
-        let [layer, band, middle, top] = self.marks;
-        let quantities = [
-            Quantity::CenterOfMass,
-            Quantity::NumberBelow(layer),
-            Quantity::NumberBelow(band),
-            Quantity::NumberAbove(middle),
-            Quantity::NumberAbove(top),
-        ];
-        quantities.into_iter().zip(self.series.iter().map(|series| &series[..]))
+    /// All series, evenly spaced in time over production, part by part: those of a part share their memory.
+    pub(crate) fn series(&self) -> [(Quantity, &[Vec<f64>]); 2] {
+        let (column, base) = self.series.split_at(Self::OF_COLUMN);
+        [(Quantity::Column, column), (Quantity::Base, base)]
     }
 
     pub(crate) fn bands(&self) -> &Bands {
@@ -250,7 +247,13 @@ impl Monitor {
 
 impl Observer for Monitor {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
-        let recorded = self.is_recording();
+        let incomplete = frame.move_counts().incomplete_sweeps;
+        let whole = std::mem::replace(&mut self.incomplete, incomplete) == incomplete;
+        if !whole {
+            // What was heard is not of this sweep alone, whose trials are known.
+            self.acceptance.accepted_now.fill(0);
+        }
+        let recorded = whole && self.is_recording();
         self.seen = frame.sweep();
         let production = frame.phase() == Phase::Production;
         if production && frame.sweep_of_phase() == 1 {
@@ -269,6 +272,29 @@ impl Observer for Monitor {
         if self.is_recording() { Some(&mut self.acceptance) } else { None }
     }
 }
+
+persist!(Acceptance { counts trials, counts accepted, counts accepted_now });
+persist!(
+    Monitor {
+        same records,
+        count seen,
+        count incomplete,
+        count sweeps,
+        count generation,
+        count interval,
+        value series,
+        value marks,
+        counts occupancy,
+        count weight,
+        part acceptance,
+    },
+    |monitor| {
+        let length = monitor.series[0].len();
+        monitor.interval > 0
+            && length <= Monitor::LONGEST_SERIES
+            && monitor.series.iter().all(|series| series.len() == length)
+    }
+);
 
 #[cfg(test)]
 mod tests {

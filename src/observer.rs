@@ -7,6 +7,7 @@
 //! To add one, implement [`Observer`] for a type of your own (one method) and pass it by mutable
 //! reference to [`Simulation::run`](crate::Simulation::run); results are read from it afterwards.
 
+use crate::failed_observer::FailedObserver;
 use crate::frame::Frame;
 use nalgebra::Vector3;
 
@@ -125,7 +126,7 @@ macro_rules! observe_tuple {
     ($($name:ident $index:tt),+) => {
         impl<$($name: Observer),+> Observer for ($($name,)+) {
             fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
-                $(self.$index.observe(frame)?;)+
+                $(self.$index.observe(frame).map_err(|error| FailedObserver::at::<$name>($index, error))?;)+
                 Ok(())
             }
             fn recorder(&mut self) -> Option<&mut dyn Recorder> {
@@ -181,6 +182,12 @@ impl<O> Every<O> {
     /// Observes the sweeps whose number is a multiple of `interval`; zero counts as one.
     pub fn new(interval: u64, observer: O) -> Self {
         Self { interval: interval.max(1), observer }
+    }
+
+    /// Sweeps from one that is observed to the next.
+    #[must_use]
+    pub fn interval(&self) -> u64 {
+        self.interval
     }
 }
 

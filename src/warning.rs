@@ -271,25 +271,22 @@ impl fmt::Display for Disagreement {
     }
 }
 
-/// What a run keeps series of, by which its memory is judged; of [`MixingEvidence::FewIndependent`].
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The parts of a column by whose memory a run is judged; of [`MixingEvidence::FewIndependent`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Quantity {
-    /// The height of the center of mass.
-    CenterOfMass,
-    /// The number of spheres with centers below a height.
-    NumberBelow(f64),
-    /// The number of spheres with centers above a height, which is the weight on it.
-    NumberAbove(f64),
+    /// All of it: the height of the center of mass, and the numbers of spheres below two heights.
+    Column,
+    /// What is near the base: the numbers of spheres in the first layer, and in the lowest two diameters.
+    Base,
 }
 
 impl fmt::Display for Quantity {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::CenterOfMass => formatter.write_str("the center of mass"),
-            Self::NumberBelow(height) => write!(formatter, "the number of spheres below {height:.1}"),
-            Self::NumberAbove(height) => write!(formatter, "the number of spheres above {height:.1}"),
-        }
+        formatter.write_str(match self {
+            Self::Column => "the column",
+            Self::Base => "what is near the base",
+        })
     }
 }
 
@@ -303,7 +300,7 @@ pub enum MixingEvidence {
         /// Its height in the second half of production less that in the first.
         drift: Estimate,
     },
-    /// The slowest of what is judged has seen few independent configurations: fewer than 10.
+    /// The slowest of what is judged has seen few independent configurations: fewer than 2.5.
     #[non_exhaustive]
     FewIndependent {
         /// The slowest.
@@ -329,7 +326,7 @@ impl fmt::Display for MixingEvidence {
             }
             Self::FewIndependent { quantity, effective_sample_size } => {
                 let number = effective_sample_size;
-                write!(formatter, "{quantity} is known as from {number:.0} independent configurations")
+                write!(formatter, "{quantity} is known as from {number:.1} independent configurations")
             }
             Self::TooQuiet { variance, required } => write!(
                 formatter,
@@ -338,6 +335,9 @@ impl fmt::Display for MixingEvidence {
         }
     }
 }
+
+/// A wall that carries more of the largest pressure is not where a column ends.
+const CLOSED: f64 = 0.3;
 
 impl fmt::Display for Warning {
     #[allow(clippy::too_many_lines, reason = "one arm for each variant")]
@@ -388,10 +388,17 @@ impl fmt::Display for Warning {
                 "the field has changed {changes} times while measuring, which breaks detailed balance: take a scheme \
                  that freezes it"
             ),
+            Self::LidTooLow { lid, pressure_ratio } if *pressure_ratio > CLOSED => write!(
+                formatter,
+                "closed box: the wall at height {lid:.1} carries {:.2} % of the largest pressure, which P(x) as a weight \
+                 leaves out: measure it (WallPressure) and add it (set_open_end_pressure)",
+                100.0 * pressure_ratio,
+            ),
             Self::LidTooLow { lid, pressure_ratio } => write!(
                 formatter,
                 "the lid is too low: the wall at height {lid:.1}, where the column ends, carries {:.2} % of the largest \
-                 pressure: raise the lid, or add the pressure on that wall (set_open_end_pressure)",
+                 pressure: raise the lid, or measure the pressure on that wall (WallPressure) and add it \
+                 (set_open_end_pressure)",
                 100.0 * pressure_ratio,
             ),
             Self::Metastable { lowest_height, highest_height, packing_fraction } => write!(

@@ -129,7 +129,7 @@ fn write_case(
 ) -> Result<Report, Failure> {
     let report = Report::new(case, replicas, protocol)?;
     let path = directory.join(case.name());
-    report.write_csv(&path.with_extension("csv"))?;
+    report.write_csv(&path)?;
     picture::draw(&report, &path)?;
     Ok(report)
 }

@@ -2,9 +2,9 @@
 
 use super::protocol::{Protocol, StartChoice};
 use gradient_mc::drive::{ForceBalance, Scheme};
-use gradient_mc::observers::{Bins, CenterOfMass, EquationOfStateProfile};
+use gradient_mc::observers::{Bins, CenterOfMass, EquationOfStateFit, EquationOfStateProfile};
 use gradient_mc::start::{ClosePacked, RandomInsertion, Start, Theory};
-use gradient_mc::{Every, Field, MoveCounts, Scene, Simulation, TemperatureProfile, Warning};
+use gradient_mc::{Every, Field, Scene, Simulation, TemperatureProfile, Warning};
 use paper::Failure;
 use paper::clock::cpu_seconds;
 use paper::interrupt::Interrupt;
@@ -21,14 +21,13 @@ pub(crate) struct Replica {
     /// Profiles of the intervals that were at least begun.
     pub(crate) profiles: Vec<EquationOfStateProfile>,
     pub(crate) center_of_mass: CenterOfMass,
+    /// Z from ranks and from collisions.
+    pub(crate) fit: EquationOfStateFit,
     /// Whether the effective field was the right one, where there is one.
     pub(crate) force_balance: Option<ForceBalance>,
     /// What the run says against itself.
     pub(crate) warnings: Vec<Warning>,
-    /// Moves of the measurement.
-    pub(crate) production: MoveCounts,
-    /// Moves of the whole replica, and the processor time that they took.
-    pub(crate) total: MoveCounts,
+    /// Processor time of the whole replica.
     pub(crate) busy: Duration,
     /// Sweeps measured.
     pub(crate) measured: u64,
@@ -66,15 +65,15 @@ fn measure<F: Field, T: TemperatureProfile, S: Scheme<F, T>>(
 ) -> Result<Replica, Failure> {
     let started = cpu_seconds();
     in_chunks(protocol.equilibration, interrupt, progress, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
-    let equilibrated = *simulation.move_counts();
     let mut center_of_mass = Every::new(OBSERVATION_INTERVAL, CenterOfMass::new());
+    let mut fit = EquationOfStateFit::new(simulation.scene())?;
     let mut profiles = Vec::new();
     let mut measured = 0;
     for &sweeps in &protocol.intervals {
         let profile = EquationOfStateProfile::new(simulation.scene().slab(), Bins::count(protocol.bins()))?;
         let mut profile = Every::new(OBSERVATION_INTERVAL, profile);
         let done = in_chunks(sweeps, interrupt, progress, |sweeps| {
-            simulation.run(sweeps, &mut (&mut profile, &mut center_of_mass))
+            simulation.run(sweeps, &mut (&mut profile, &mut center_of_mass, &mut fit))
         })?;
         if done == 0 {
             break;
@@ -85,10 +84,9 @@ fn measure<F: Field, T: TemperatureProfile, S: Scheme<F, T>>(
     Ok(Replica {
         profiles,
         center_of_mass: center_of_mass.observer,
+        fit,
         force_balance: simulation.force_balance().cloned(),
         warnings: simulation.warnings(),
-        production: simulation.move_counts().since(&equilibrated),
-        total: *simulation.move_counts(),
         busy: Duration::from_secs_f64(cpu_seconds() - started),
         measured,
     })

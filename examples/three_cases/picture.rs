@@ -1,9 +1,10 @@
 //! The picture of a case: the profile and its layers at the base on the left, the equation of state and
 //! the deviation from it on the right.
 
-use super::report::{BULK_BEGINS, Bin, Report};
+use super::report::{BULK_BEGINS, Bin, Factor, Report};
 use gradient_mc::EquationOfState;
 use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa, number_density};
+use gradient_mc::statistics::Estimate;
 use paper::Failure;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use std::path::Path;
@@ -108,30 +109,38 @@ fn equation_of_state(report: &Report) -> Panel {
     .line("Carnahan–Starling", colors::VERMILION, Mark::Line, curve(&CarnahanStarling))
     .line("modified Kolafa–Labík–Malijevský", colors::BLUE, Mark::Dashed, curve(&ModifiedKolafa))
     // For the legend alone: the panel below has no room for one of its own.
-    .points("simulation, below (all bins of the bulk)", colors::GRAY, Mark::Dots, [])
+    .points("below: ranks, from all heights together", colors::GREEN, Mark::Points, [])
+    .points("below: collisions, from all heights together", colors::PURPLE, Mark::Points, [])
 }
 
 fn deviation(report: &Report) -> Panel {
     let place = Place { left: 0.5, top: 0.645, width: 0.5, height: 0.355 };
     let densest = densest(report);
-    // Every point is inside; the ends of long error bars may not be.
-    let largest = report.bulk().map(|bin| 100.0 * bin.against_carnahan_starling.mean.abs());
-    let range = round_up(1.1 * largest.fold(0.1, f64::max), 0.5);
+    let against =
+        |eta: f64, factor: Estimate| factor * (1.0 / CarnahanStarling.compressibility_factor(eta)) - 1.0;
+    let routes: [fn(&Factor) -> Estimate; 2] = [|factor| factor.ranks, |factor| factor.collisions];
+    // A little apart, so that both error bars are seen.
+    let points = |route: usize| {
+        let shift = (route as f64 - 0.5) * 0.008 * densest;
+        report.factors.iter().map(move |factor| {
+            let eta = factor.packing_fraction;
+            Point::percent(eta + shift, against(eta, routes[route](factor)))
+        })
+    };
     let curve = (1..=400).map(|step| f64::from(step) / 400.0 * densest).map(|eta| {
-        let ratio = ModifiedKolafa.compressibility_factor(eta) / CarnahanStarling.compressibility_factor(eta);
-        (eta, 100.0 * (ratio - 1.0))
+        let factor = Estimate::exact(ModifiedKolafa.compressibility_factor(eta));
+        (eta, 100.0 * against(eta, factor).mean)
     });
+    // Every point is inside; the ends of long error bars may not be.
+    let largest = (0..2).flat_map(points).map(|point| point.y.abs()).filter(|y| y.is_finite());
+    let range = round_up(1.2 * largest.fold(0.4, f64::max), 0.25);
     Panel::new(
         place,
         Axis::new("packing fraction η", 0.0, densest).with_numbers(8),
-        Axis::new("P / P(CS) − 1  (%)", -range, range).with_numbers(5),
+        Axis::new("Z / Z(CS) − 1  (%)", -range, range).with_numbers(5),
     )
-    .points(
-        "",
-        colors::GRAY,
-        Mark::Dots,
-        report.bulk().map(|bin| Point::percent(bin.packing_fraction(), bin.against_carnahan_starling)),
-    )
+    .points("", colors::GREEN, Mark::Points, points(0))
+    .points("", colors::PURPLE, Mark::Points, points(1))
     .line("", colors::VERMILION, Mark::Line, [(0.0, 0.0), (densest, 0.0)])
     .line("", colors::BLUE, Mark::Dashed, curve)
 }

@@ -27,11 +27,11 @@ pub(crate) struct Arguments {
     #[arg(long)]
     pub(crate) sweeps: Option<u64>,
 
-    /// Sweeps before the measurement [default: 3000; with --paper: 500000]
+    /// Sweeps before the measurement [default: 1500; with --paper: 500000]
     #[arg(long)]
     pub(crate) equilibration: Option<u64>,
 
-    /// Spheres [default: 2560; with --paper: 25000]. The base is a square of area N/40, so that the column stays
+    /// Spheres [default: 5760; with --paper: 25000]. The base is a square of area N/40, so that the column stays
     /// that of the paper
     #[arg(long)]
     pub(crate) particles: Option<usize>,
@@ -107,6 +107,8 @@ impl Protocol {
     pub(crate) const COLUMN_DENSITY: f64 = 40.0;
     /// Largest displacement in a trial move, in diameters.
     const MAXIMUM_DISPLACEMENT: f64 = 0.75;
+    /// Of event chains between tuned moves: collisions and ranks then become known about equally well.
+    const PATH_PER_SPHERE: f64 = 0.12;
 
     pub(crate) fn new(arguments: &Arguments, session: &Session) -> Result<Self, Failure> {
         let choose =
@@ -123,9 +125,9 @@ impl Protocol {
             start: arguments.start.unwrap_or(usual_start),
             moves: arguments.moves.unwrap_or(usual_moves),
             scheme: arguments.scheme,
-            particles: arguments.particles.unwrap_or(if arguments.paper { 25_000 } else { 2560 }),
+            particles: arguments.particles.unwrap_or(if arguments.paper { 25_000 } else { 5760 }),
             replicas,
-            equilibration: choose(arguments.equilibration, 500_000, session.choose(3000, 600)),
+            equilibration: choose(arguments.equilibration, 500_000, session.choose(1500, 600)),
             intervals: (0..count).map(|k| sweeps * (k + 1) / count - sweeps * k / count).collect(),
             bin_width: arguments.bin_width.unwrap_or(if arguments.paper { 0.1 } else { 0.5 }),
             first_seed: session.seed(0),
@@ -142,7 +144,10 @@ impl Protocol {
         Ok(match self.moves {
             MovesChoice::Chains => EventChains::default().into(),
             MovesChoice::Tuned => LocalMoves::tuned().into(),
-            MovesChoice::Both => EventChains::default().local_moves(Some(LocalMoves::tuned())).into(),
+            MovesChoice::Both => {
+                let chains = EventChains::default().path_per_sphere(Self::PATH_PER_SPHERE)?;
+                chains.local_moves(Some(LocalMoves::tuned())).into()
+            }
             MovesChoice::Local => LocalMoves::new(Self::MAXIMUM_DISPLACEMENT)?.into(),
         })
     }

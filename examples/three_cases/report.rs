@@ -4,11 +4,13 @@ use super::case::Case;
 use super::measurement::Replica;
 use super::protocol::Protocol;
 use gradient_mc::drive::Certificate;
-use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa, packing_fraction};
+use gradient_mc::equation_of_state::{CarnahanStarling, packing_fraction};
 use gradient_mc::hydrostatics::Hydrostatics;
-use gradient_mc::observers::{CenterOfMass, EquationOfStateProfile};
+use gradient_mc::observers::{
+    CenterOfMass, EquationOfStateFit, EquationOfStateProfile, MeasuredEquationOfState,
+};
 use gradient_mc::statistics::{Estimate, deviations};
-use gradient_mc::{Merge, MoveCounts};
+use gradient_mc::{EquationOfState, Error, Merge};
 use paper::Failure;
 use paper::output::write_csv;
 use paper::row;
@@ -28,10 +30,6 @@ pub(crate) struct Bin {
     pub(crate) number_density: Estimate,
     pub(crate) pressure: Estimate,
     pub(crate) temperature: f64,
-    /// P/(n T Z(η)) − 1 for the Z of Carnahan and Starling at the measured density.
-    pub(crate) against_carnahan_starling: Estimate,
-    /// The same for the modified Kolafa-Labík-Malijevský equation.
-    pub(crate) against_modified_kolafa: Estimate,
     /// Hydrostatics with Carnahan-Starling.
     pub(crate) number_density_theory: f64,
     pub(crate) pressure_theory: f64,
@@ -42,45 +40,55 @@ impl Bin {
         packing_fraction(self.number_density.mean)
     }
 
+    /// n T Z at the measured density.
+    fn pressure_of_carnahan_starling(&self) -> f64 {
+        let factor = CarnahanStarling.compressibility_factor(self.packing_fraction());
+        self.number_density.mean * self.temperature * factor
+    }
+
     /// Whether an equation of state can be expected to hold here, and counts suffice to see it.
     fn is_bulk(&self) -> bool {
         self.height > BULK_BEGINS && self.number_density.mean > BULK_DENSITY
     }
 }
 
-/// Deviations from one equation of state over the bulk, as fractions.
+/// Z at one packing fraction, by each route and by both.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Comparison {
-    /// Its error takes bins as independent.
-    pub(crate) rms: Estimate,
-    /// The rms that the error bars alone would give if the equation of state were exact.
-    pub(crate) rms_of_noise: f64,
-    /// The deviation of largest magnitude, with its own error bar.
-    pub(crate) largest: Estimate,
-    /// Packing fraction where it is.
-    pub(crate) largest_at: f64,
+pub(crate) struct Factor {
+    pub(crate) packing_fraction: f64,
+    pub(crate) combined: Estimate,
+    pub(crate) ranks: Estimate,
+    pub(crate) collisions: Estimate,
 }
 
-impl Comparison {
-    fn new(points: impl Iterator<Item = (f64, Estimate)>) -> Self {
-        let (mut squares, mut noise, mut spread, mut count) = (0.0, 0.0, 0.0, 0.0);
-        let (mut largest, mut largest_at) = (Estimate::exact(0.0), f64::NAN);
-        for (packing_fraction, deviation) in points {
-            let square = deviation.mean * deviation.mean;
-            let variance = deviation.standard_error * deviation.standard_error;
-            squares += square;
-            noise += variance;
-            // Variance of the square of a normal number of mean μ: 2σ⁴ + 4μ²σ².
-            spread += variance * (2.0 * variance + 4.0 * (square - variance).max(0.0));
-            count += 1.0;
-            if deviation.mean.abs() > largest.mean.abs() {
-                (largest, largest_at) = (deviation, packing_fraction);
-            }
-        }
-        let rms = (squares / count).sqrt();
-        let rms = Estimate::new(rms, spread.sqrt() / (2.0 * count * rms));
-        Self { rms, rms_of_noise: (noise / count).sqrt(), largest, largest_at }
-    }
+/// Z at 0.05, 0.075, 0.10 ... up to the densest state above the layers.
+fn factors(measured: &MeasuredEquationOfState) -> Result<Vec<Factor>, Error> {
+    let packing_fractions: Vec<f64> = (2..40_u32)
+        .map(|step| 0.025 * f64::from(step))
+        .take_while(|&eta| eta <= measured.highest_packing_fraction())
+        .collect();
+    let [combined, ranks, collisions] = [measured.combined(), measured.ranks(), measured.collisions()]
+        .map(|curve| curve.compressibility_factor_at(&packing_fractions));
+    let routes = combined?.into_iter().zip(ranks?).zip(collisions?);
+    Ok(packing_fractions
+        .into_iter()
+        .zip(routes)
+        .map(|(packing_fraction, ((combined, ranks), collisions))| Factor {
+            packing_fraction,
+            combined,
+            ranks,
+            collisions,
+        })
+        .collect())
+}
+
+/// Deviations in standard errors.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pulls {
+    pub(crate) rms: f64,
+    pub(crate) largest: f64,
+    /// Packing fraction of the largest.
+    pub(crate) at: f64,
 }
 
 /// Mean and largest over the bulk of a measure that the paper prints.
@@ -107,6 +115,10 @@ pub(crate) struct Report {
     pub(crate) case: Case,
     pub(crate) particles: usize,
     pub(crate) bins: Vec<Bin>,
+    /// None of runs that are too short for it.
+    pub(crate) factors: Vec<Factor>,
+    /// Heights from which they are.
+    pub(crate) heights: Option<[f64; 2]>,
     pub(crate) center_of_mass: Option<Estimate>,
     pub(crate) center_of_mass_theory: f64,
     /// Verdict on the effective field, where there is one and enough was measured.
@@ -118,9 +130,6 @@ pub(crate) struct Report {
     /// Packing fraction from the base up to where the bulk begins: mean over the layers at the wall.
     pub(crate) low_packing_fraction: f64,
     pub(crate) low_packing_fraction_theory: f64,
-    pub(crate) base_packing_fraction_theory: f64,
-    pub(crate) production: MoveCounts,
-    pub(crate) total: MoveCounts,
     pub(crate) busy: Duration,
     /// σ of eq. (32) between the runs, and how many runs; there is none for a single run.
     pub(crate) scatter: Option<Range>,
@@ -146,23 +155,20 @@ impl Report {
         for replica in replicas {
             center_of_mass.merge(&replica.center_of_mass)?;
         }
+        let measured = EquationOfStateFit::pooled(replicas.iter().map(|replica| &replica.fit))?.result();
+        let of_fit = measured.as_ref().map_or(Vec::new(), MeasuredEquationOfState::warnings);
         let (field, temperature) = (case.field()?, case.temperature()?);
         let theory = Hydrostatics::new(&field, &temperature, &CarnahanStarling)
             .lid(Protocol::HEIGHT)
             .column_density(Protocol::COLUMN_DENSITY)?;
-        let against_carnahan_starling = pooled.deviations_from(&CarnahanStarling)?;
-        let against_modified_kolafa = pooled.deviations_from(&ModifiedKolafa)?;
         let bins: Vec<Bin> = pooled
             .points()?
             .iter()
-            .zip(against_carnahan_starling.iter().zip(&against_modified_kolafa))
-            .map(|(point, (carnahan_starling, modified_kolafa))| Bin {
+            .map(|point| Bin {
                 height: point.height,
                 number_density: point.number_density,
                 pressure: point.pressure,
                 temperature: point.temperature,
-                against_carnahan_starling: carnahan_starling.deviation,
-                against_modified_kolafa: modified_kolafa.deviation,
                 number_density_theory: theory.number_density(point.height),
                 pressure_theory: theory.pressure(point.height),
             })
@@ -173,21 +179,23 @@ impl Report {
             packing_fraction(low().map(density).sum::<f64>() / low().count() as f64)
         };
         let bulk = || bins.iter().filter(|bin| bin.is_bulk());
-        let deviation =
-            Range::of(bulk().map(|bin| deviations::deviation(1.0 + bin.against_carnahan_starling.mean, 1.0)));
+        let deviation = Range::of(
+            bulk().map(|bin| deviations::deviation(bin.pressure.mean, bin.pressure_of_carnahan_starling())),
+        );
         Ok(Self {
             case,
             particles: protocol.particles,
+            factors: measured.as_ref().map_or(Ok(Vec::new()), factors)?,
+            heights: measured.as_ref().ok().map(MeasuredEquationOfState::heights),
             center_of_mass: center_of_mass.estimate().ok(),
             center_of_mass_theory: theory.center_of_mass(),
             certificate: certificate(replicas)?,
-            warnings: warnings::lines(replicas.iter().map(|replica| &replica.warnings[..])),
+            warnings: warnings::lines(
+                replicas.iter().map(|replica| &replica.warnings[..]).chain([&of_fit[..]]),
+            ),
             drift: center_of_mass.drift().ok(),
             low_packing_fraction: over_low(|bin| bin.number_density.mean),
             low_packing_fraction_theory: over_low(|bin| bin.number_density_theory),
-            base_packing_fraction_theory: theory.base_packing_fraction(),
-            production: sum_tallies(replicas, |replica| replica.production),
-            total: sum_tallies(replicas, |replica| replica.total),
             busy: replicas.iter().map(|replica| replica.busy).sum(),
             scatter: scatter(&runs, &bins),
             runs: runs.len(),
@@ -201,27 +209,30 @@ impl Report {
         self.bins.iter().filter(|bin| bin.is_bulk())
     }
 
-    pub(crate) fn against_carnahan_starling(&self) -> Comparison {
-        Comparison::new(self.bulk().map(|bin| (bin.packing_fraction(), bin.against_carnahan_starling)))
+    /// Of all Z, by a route, the mean square of the deviation from an equation of state in standard errors, and the largest.
+    pub(crate) fn pulls(
+        &self,
+        equation: &dyn EquationOfState,
+        route: fn(&Factor) -> Estimate,
+    ) -> Option<Pulls> {
+        let pulls: Vec<(f64, f64)> = self
+            .factors
+            .iter()
+            .map(|factor| {
+                let eta = factor.packing_fraction;
+                (eta, route(factor).deviation_from(equation.compressibility_factor(eta)))
+            })
+            .filter(|(_, pull)| pull.is_finite())
+            .collect();
+        let squares = pulls.iter().map(|(_, pull)| pull * pull).sum::<f64>();
+        let &(at, largest) = pulls.iter().max_by(|(_, one), (_, other)| one.abs().total_cmp(&other.abs()))?;
+        Some(Pulls { rms: (squares / pulls.len() as f64).sqrt(), largest, at })
     }
 
-    pub(crate) fn against_modified_kolafa(&self) -> Comparison {
-        Comparison::new(self.bulk().map(|bin| (bin.packing_fraction(), bin.against_modified_kolafa)))
-    }
-
-    /// Trial moves, or events of chains.
-    pub(crate) fn moves(&self) -> u64 {
-        self.total.trials + self.total.events
-    }
-
-    /// The same per second on one core.
-    pub(crate) fn moves_per_second(&self) -> f64 {
-        self.moves() as f64 / self.busy.as_secs_f64()
-    }
-
+    /// Writes `<path>.csv` with the profile and `<path>_equation_of_state.csv`.
     pub(crate) fn write_csv(&self, path: &Path) -> Result<(), Failure> {
         write_csv(
-            path,
+            &path.with_extension("csv"),
             "height in d; densities in 1/d^3; pressures in m g/d^2; temperature in m g d; errors are one \
              standard error; theory is hydrostatics with the Carnahan-Starling equation of state",
             "height, number_density, number_density_error, pressure, pressure_error, \
@@ -237,6 +248,17 @@ impl Report {
                     bin.pressure_theory,
                 ]
             }),
+        )?;
+        write_csv(
+            &path.with_file_name(format!("{}_equation_of_state.csv", self.case.name())),
+            "compressibility factor P/(nT) from the heights of ranks, from the collisions of event chains, and from both; \
+             errors are one standard error",
+            "packing_fraction, compressibility_factor, compressibility_factor_error, \
+             compressibility_factor_ranks, compressibility_factor_ranks_error, \
+             compressibility_factor_collisions, compressibility_factor_collisions_error",
+            self.factors.iter().map(|factor| {
+                row![factor.packing_fraction, factor.combined, factor.ranks, factor.collisions]
+            }),
         )
     }
 }
@@ -249,17 +271,6 @@ fn certificate(replicas: &[Replica]) -> Result<Option<Certificate>, Failure> {
         pooled.merge(&record)?;
     }
     Ok(pooled.certificate(Report::TOLERANCE).ok())
-}
-
-fn sum_tallies(replicas: &[Replica], move_counts: impl Fn(&Replica) -> MoveCounts) -> MoveCounts {
-    let mut sum = MoveCounts::default();
-    for replica in replicas {
-        sum.trials += move_counts(replica).trials;
-        sum.accepted += move_counts(replica).accepted;
-        sum.chains += move_counts(replica).chains;
-        sum.events += move_counts(replica).events;
-    }
-    sum
 }
 
 /// σ of eq. (32) in the bulk: scatter of the pressure between the runs.

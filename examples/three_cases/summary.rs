@@ -1,12 +1,12 @@
 //! What is printed: the table of the cases, and what it does and does not show.
 
 use super::protocol::{MovesChoice, Protocol, StartChoice};
-use super::report::{BULK_BEGINS, BULK_DENSITY, Comparison, Report};
+use super::report::{BULK_BEGINS, BULK_DENSITY, Factor, Pulls, Report};
+use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa};
 use gradient_mc::statistics::Estimate;
 use paper::progress::in_words;
 use paper::replicas::thread_count;
 use paper::table::Table;
-use statrs::distribution::{ContinuousCDF, Normal};
 use std::time::Duration;
 
 /// The table: one column per case.
@@ -22,31 +22,24 @@ pub(crate) fn table(reports: &[Report]) -> Table {
     let low = format!("packing fraction below {BULK_BEGINS} d, simulation");
     row(&low, &|report| format!("{:.4}", report.low_packing_fraction));
     row("  the same, theory", &|report| format!("{:.4}", report.low_packing_fraction_theory));
-    row("packing fraction at the base, theory", &|report| {
-        format!("{:.4}", report.base_packing_fraction_theory)
-    });
-    row("acceptance of trial moves", &|report| {
-        if report.production.trials > 0 {
-            format!("{:.4}", report.production.acceptance())
-        } else {
-            "nothing is rejected".into()
-        }
-    });
-    row("bins in the bulk", &|report| report.bulk().count().to_string());
-    for (name, comparison) in [
-        ("Carnahan-Starling", Report::against_carnahan_starling as fn(&Report) -> Comparison),
-        ("modified KLM", Report::against_modified_kolafa),
-    ] {
-        row(&format!("P against {name}: rms"), &|report| in_percent(comparison(report).rms));
-        row("  rms expected of noise alone", &|report| percent(comparison(report).rms_of_noise));
-        row("  largest deviation", &|report| in_percent(comparison(report).largest));
-        row("  in standard errors, at packing fraction", &|report| {
-            let Comparison { largest, largest_at, .. } = comparison(report);
-            format!("{:.1} at {largest_at:.3}", largest.deviation_from(0.0).abs())
+    for eta in [0.1, 0.2, 0.3] {
+        row(&format!("Z at packing fraction {eta}"), &|report| {
+            let factor = report.factors.iter().find(|factor| (factor.packing_fraction - eta).abs() < 1e-9);
+            factor.map_or("not reached".into(), |factor| factor.combined.to_string())
         });
     }
-    row("  largest expected of noise, standard errors", &|report| {
-        format!("{:.1}", largest_of_noise(report.bulk().count()))
+    let routes: [(&str, Route); 3] = [
+        ("both routes", |factor| factor.combined),
+        ("ranks", |factor| factor.ranks),
+        ("collisions", |factor| factor.collisions),
+    ];
+    for (name, route) in routes {
+        row(&format!("Z against modified KLM, {name}: rms, largest"), &|report| {
+            in_errors(report.pulls(&ModifiedKolafa, route))
+        });
+    }
+    row("Z against Carnahan-Starling: rms, largest", &|report| {
+        in_errors(report.pulls(&CarnahanStarling, |factor| factor.combined))
     });
     row("paper's σ of P, eq. (32): mean, largest", &|report| {
         report
@@ -57,26 +50,22 @@ pub(crate) fn table(reports: &[Report]) -> Table {
     row("paper's δ from CS, eq. (33): mean, largest", &|report| {
         format!("{}, {}", percent(report.deviation.mean), percent(report.deviation.largest))
     });
-    row("trial moves and events of chains, millions", &|report| {
-        format!("{:.0}", report.moves() as f64 / 1e6)
-    });
-    row("  the same per second and core", &|report| format!("{:.2}", report.moves_per_second() / 1e6));
     row("processor time", &|report| format!("{:.1} s", report.busy.as_secs_f64()));
     table
 }
 
-fn in_percent(fraction: Estimate) -> String {
-    format!("{} %", 100.0 * fraction)
+/// Picks one of the values of Z.
+type Route = fn(&Factor) -> Estimate;
+
+/// Deviations in units of their errors.
+fn in_errors(pulls: Option<Pulls>) -> String {
+    pulls.map_or("too short".into(), |Pulls { rms, largest, at }| {
+        format!("{rms:.1}, {largest:+.1} at {at:.3}")
+    })
 }
 
 fn percent(fraction: f64) -> String {
     format!("{:.3} %", 100.0 * fraction)
-}
-
-/// Median of the largest of so many magnitudes of independent normal numbers.
-fn largest_of_noise(count: usize) -> f64 {
-    let each = libm::pow(0.5, 1.0 / count.max(1) as f64);
-    Normal::standard().inverse_cdf(f64::midpoint(1.0, each))
 }
 
 /// What the table means, and what it does not prove.
@@ -86,13 +75,18 @@ pub(crate) fn remarks(protocol: &Protocol, reports: &[Report], threads: usize, e
     } else {
         "independent replicas (Sec. IV D of the paper)"
     };
+    let cuts: Vec<String> =
+        reports.iter().filter_map(|report| Some(format!("{:.1}", report.heights?[0]))).collect();
+    let layers = if cuts.is_empty() { String::new() } else { format!(", from x = {} on", cuts.join(", ")) };
     let mut text = format!(
-        "{:.0} s on {} threads. Bulk: x > {BULK_BEGINS} and n > {BULK_DENSITY}. Errors are one standard error, \
-         in brackets in units of the last digits;\n\
-         they see correlations no longer than the measurement. σ is over {runs}.\n\
+        "{:.0} s on {} threads. Errors are one standard error, in brackets in units of the last digits; deviations of Z are in \
+         units of theirs.\n\
+         Z is from ranks and collisions above the layers at the base{}.\n\
+         σ and δ are over bins at x > {BULK_BEGINS} with n > {BULK_DENSITY}, σ over {runs}.\n\
          The theory is local: it knows neither the wall nor the layers there, which lift a real column a little.\n",
         elapsed.as_secs_f64(),
         thread_count(threads),
+        layers,
     );
     for report in reports {
         if let Some(certificate) = report.certificate {

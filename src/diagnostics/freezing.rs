@@ -3,7 +3,7 @@
 use super::hexagonal;
 use crate::equation_of_state::{EquationOfState, FREEZING, FluidSolid, SpeedySolid, packing_fraction};
 use crate::monitor::Monitor;
-use crate::{Field, HydrostaticProfile, Scene, TemperatureProfile, Warning};
+use crate::{Field, HydrostaticProfile, Scene, TemperatureProfile, Wall, Warning};
 
 /// Coexistence is known to 0.2 %; a column is pushed beyond it by more, or not at all.
 const MARGIN: f64 = 1.01;
@@ -11,6 +11,9 @@ const MARGIN: f64 = 1.01;
 const DENSITY_MARGIN: f64 = 0.005;
 /// A thinner layer beyond freezing does not matter.
 const THINNEST: f64 = 1.0;
+/// Spheres per area of a layer that freezes, as hard discs do (doi:10.1103/PhysRevLett.107.155704). Fewer that are cold lie on
+/// the wall as a gas, whatever the weight per area over T.
+const LEAST_LAYER: f64 = 0.89;
 /// Layers at a wall are not averaged out in bands that are closer to it.
 const LAYERED: f64 = 4.0;
 /// An elastic energy of ½ · 50 T/d³ · strain² then lowers P of coexistence by some 2 %, and a crystal is as much denser
@@ -27,19 +30,32 @@ pub(super) fn warnings<F: Field, T: TemperatureProfile>(
     let bands = monitor.bands();
     let (area, height) = (scene.slab().base_area(), bands.height());
     let freezing = MARGIN * FluidSolid::default().coexistence().reduced_pressure;
-    // P/T at the lower edges, and at the lid.
-    let mut pressures = vec![theory.map_or(0.0, HydrostaticProfile::lid_pressure); occupancy.len() + 1];
-    for (band, &count) in occupancy.iter().enumerate().rev() {
-        let acceleration = scene.field().acceleration(bands.edge(band) + 0.5 * height);
-        pressures[band] = pressures[band + 1] + count * acceleration / area;
+    let weight =
+        |band: usize| occupancy[band] * scene.field().acceleration(bands.edge(band) + 0.5 * height) / area;
+    // P/T at the lower edges, and at the lid; first P, from the open end.
+    let mut pressures = vec![0.0; occupancy.len() + 1];
+    match scene.open_end() {
+        Wall::Lid => {
+            pressures[occupancy.len()] = theory.map_or(0.0, HydrostaticProfile::lid_pressure);
+            for band in (0..occupancy.len()).rev() {
+                pressures[band] = pressures[band + 1] + weight(band);
+            }
+        }
+        Wall::Base => {
+            pressures[0] = theory.map_or(0.0, HydrostaticProfile::base_pressure);
+            for band in 0..occupancy.len() {
+                pressures[band + 1] = pressures[band] - weight(band);
+            }
+        }
     }
     for (edge, pressure) in pressures.iter_mut().enumerate() {
         *pressure /= scene.temperature().temperature(bands.edge(edge).min(scene.slab().highest_center()));
     }
     let eta = |band: usize| {
         let next = (band + 1).min(occupancy.len() - 1);
-        // The bulk profile that holds as many spheres as the layers begins this far above the wall.
-        let lost = if band == 0 { 0.125 } else { 0.0 };
+        // The bulk profile that holds as many spheres as the layers begins this far from the wall.
+        let lost = [band == 0, next + 1 == occupancy.len()];
+        let lost = lost.map(|at_wall| if at_wall { 0.125 } else { 0.0 }).iter().sum::<f64>();
         let heights = if next > band { 2.0 * height } else { height };
         let count = if next > band { occupancy[band] + occupancy[next] } else { occupancy[band] };
         packing_fraction(count / (area * (heights - lost)))
@@ -67,14 +83,19 @@ pub(super) fn warnings<F: Field, T: TemperatureProfile>(
         densest = densest.max(eta(band));
     }
     let mut warnings = Vec::new();
-    if let Some((lowest_height, highest_height)) = range.filter(|(low, high)| high - low >= THINNEST) {
+    let layer = |(lowest, highest): (f64, f64)| {
+        let reaches = |band: &usize| bands.edge(band + 1) > lowest && bands.edge(*band) < highest;
+        (0..occupancy.len()).filter(reaches).map(|band| occupancy[band]).sum::<f64>() / area
+    };
+    let matters = |range: &(f64, f64)| range.1 - range.0 >= THINNEST && layer(*range) >= LEAST_LAYER;
+    if let Some((lowest_height, highest_height)) = range.filter(matters) {
         warnings.push(Warning::Metastable { lowest_height, highest_height, packing_fraction: densest });
-        warnings.extend(incommensurate(scene, pressures[0]));
+        warnings.extend(incommensurate(scene, pressures[0].max(pressures[occupancy.len()])));
     }
     warnings
 }
 
-/// Whether the crystal that is stable at the pressure of the base fits across.
+/// Whether the crystal that is stable at the larger of the walls' pressures fits across.
 fn incommensurate<F, T>(scene: &Scene<F, T>, reduced_pressure: f64) -> Option<Warning> {
     let coexistence = FluidSolid::default().coexistence();
     let eta = SpeedySolid

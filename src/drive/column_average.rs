@@ -15,6 +15,8 @@ pub(super) struct ColumnAverage {
     counts: Vec<f64>,
     /// Sum of a(x) over the spheres of each bin.
     weights: Vec<f64>,
+    /// Scratch: both of one configuration.
+    sample: Vec<[f64; 2]>,
     open_end: Wall,
     /// At the open end.
     contact: WallContact,
@@ -29,6 +31,7 @@ impl ColumnAverage {
             configurations: 0,
             counts: vec![0.0; division.bins],
             weights: vec![0.0; division.bins],
+            sample: vec![[0.0; 2]; division.bins],
             open_end: potential.open_end(),
             contact: WallContact::default(),
         }
@@ -45,16 +48,24 @@ impl ColumnAverage {
         self.contact = WallContact::default();
     }
 
-    /// Adds a configuration.
+    /// Adds a configuration: all of it, or nothing if a field of a user's own panics.
     pub(super) fn add(&mut self, frame: &Frame<'_>) {
-        self.configurations += 1;
         let (end, field) = (self.open_end.contact_height(frame.slab()), frame.field());
+        let mut contact = self.contact;
+        self.sample.fill([0.0; 2]);
         frame.for_each_height(|height| {
-            let bin = self.division.bin(height);
-            self.counts[bin] += 1.0;
-            self.weights[bin] += field.acceleration(height);
-            self.contact.add((end - height).abs());
+            let [count, weight] = &mut self.sample[self.division.bin(height)];
+            *count += 1.0;
+            *weight += field.acceleration(height);
+            contact.add((end - height).abs());
         });
+        self.configurations += 1;
+        self.contact = contact;
+        let sums = self.counts.iter_mut().zip(&mut self.weights);
+        for ((counts, weights), [count, weight]) in sums.zip(&self.sample) {
+            *counts += count;
+            *weights += weight;
+        }
     }
 
     /// Spheres in each bin, summed over configurations, and P A Δx in the same units: their ratio is
@@ -213,7 +224,8 @@ fn mean_over_jump(
 /// The mean over the spheres of a weight that is orthogonal to z, z² and z³ in that range, z being the distance from
 /// contact: exact for a cubic n(z), within 0.4 % for the steepest that a fluid has (e^{−8z}).
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct WallContact {
+#[cfg_attr(feature = "checkpoint", derive(serde::Serialize, serde::Deserialize))]
+pub(crate) struct WallContact {
     weights: f64,
     seen: f64,
 }
@@ -228,7 +240,7 @@ impl WallContact {
 
     /// Adds a sphere whose center is `distance` from contact.
     #[inline]
-    pub(super) fn add(&mut self, distance: f64) {
+    pub(crate) fn add(&mut self, distance: f64) {
         if distance < Self::DEPTH {
             let part = distance / Self::DEPTH;
             self.weights += (16.0 - part * (120.0 - part * (240.0 - 140.0 * part))) / Self::DEPTH;
@@ -237,7 +249,7 @@ impl WallContact {
     }
 
     /// The contact density times area and number of configurations.
-    pub(super) fn density_times_area(&self) -> f64 {
+    pub(crate) fn density_times_area(&self) -> f64 {
         self.weights
     }
 
@@ -247,13 +259,26 @@ impl WallContact {
     }
 }
 
+persist!(ColumnAverage {
+    same division,
+    same open_end,
+    count configurations,
+    slice counts,
+    slice weights,
+    value contact,
+});
+persist!(Prior { slice ratios, value open_end_pressure, same weight, value measured });
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::Slab;
+    use crate::centers::Centers;
     use crate::equation_of_state::ModifiedKolafa;
     use crate::field::UniformField;
+    use crate::frame::{MoveCounts, Phase, Still};
     use crate::temperature::ExponentialTemperature;
+    use std::panic::{AssertUnwindSafe, catch_unwind};
 
     /// The field of a column that has the density of the theory is that of the closure.
     #[test]
@@ -281,6 +306,50 @@ mod tests {
         };
         let (coarse, fine) = (worst(0.5), worst(0.125));
         assert!(coarse < 0.02 && fine < coarse / 8.0 + 1e-9, "{coarse}, {fine}");
+    }
+
+    /// Falls like weight, and fails above a height.
+    struct Fails(f64);
+
+    impl Field for Fails {
+        fn potential(&self, height: f64) -> f64 {
+            height
+        }
+        fn acceleration(&self, height: f64) -> f64 {
+            assert!(height < self.0, "a fault of the user's own");
+            1.0
+        }
+    }
+
+    #[test]
+    fn a_configuration_is_added_as_a_whole_or_not_at_all() {
+        let slab = Slab::new(40.0, 5.0, 5.0).unwrap();
+        let temperature = ExponentialTemperature::new(12.0, 0.03).unwrap();
+        let scene = Scene::new(slab, 4, UniformField::default(), temperature).unwrap();
+        let potential = EffectivePotential::new(&scene, 0.5).unwrap();
+        let mut average = ColumnAverage::new(&potential);
+        let positions = [0.5, 3.0, 39.4, 39.45].map(|height| [height, 1.0, 1.0]);
+        let mut add = |field: &dyn Field| {
+            let scene = Scene::unchecked(slab, 4, field, temperature);
+            let frame = Frame {
+                scene: scene.as_any(),
+                potential: &Still(0),
+                centers: Centers::listed(&positions),
+                sweep: 1,
+                phase: Phase::Equilibration,
+                sweep_of_phase: 1,
+                move_counts: &MoveCounts::default(),
+            };
+            let added = catch_unwind(AssertUnwindSafe(|| average.add(&frame)));
+            let counts: f64 = average.counts.iter().sum();
+            let weights: f64 = average.weights.iter().sum();
+            let expected = 4.0 * average.configurations as f64;
+            assert_eq!([counts, weights].map(f64::to_bits), [expected.to_bits(); 2]);
+            (added.is_ok(), average.configurations, average.contact.seen)
+        };
+        assert_eq!(add(&Fails(50.0)), (true, 1, 2.0));
+        assert_eq!(add(&Fails(39.42)), (false, 1, 2.0));
+        assert_eq!(add(&Fails(50.0)), (true, 2, 4.0));
     }
 
     #[test]

@@ -122,29 +122,30 @@ impl EffectivePotential {
     /// [open end](Scene::open_end), in m g/d², is taken to be `open_end_pressure`.
     ///
     /// # Errors
-    /// [`Error::InvalidPotential`] at the first height where u is not finite.
+    /// [`Error::InvalidPotential`] at the first height where u would not be finite; it stays what it was.
     pub fn set(
         &mut self,
         open_end_pressure: f64,
         pressure_over_density: impl Fn(usize) -> f64,
     ) -> Result<(), Error> {
-        self.open_end_pressure = open_end_pressure;
         let mut sum = 0.0;
-        let parts = self.field_part.iter().zip(&self.gradient_part);
-        for (bin, (entry, (field, gradient))) in self.correction[1..].iter_mut().zip(parts).enumerate() {
+        let mut correction = Vec::with_capacity(self.correction.len());
+        correction.push(0.0);
+        for (bin, (field, gradient)) in self.field_part.iter().zip(&self.gradient_part).enumerate() {
             // A flat stretch owes nothing to the density, not even a rounding error or 0 times infinity.
             if *gradient != 0.0 {
                 sum += pressure_over_density(bin) * gradient;
             }
             sum += field;
-            *entry = sum;
+            if !sum.is_finite() {
+                let height = self.lowest + (bin + 1) as f64 * self.width;
+                return Err(Error::InvalidPotential { height, potential: sum });
+            }
+            correction.push(sum);
         }
+        (self.correction, self.open_end_pressure) = (correction, open_end_pressure);
         self.generation += 1;
-        let bad = self.correction.iter().position(|value| !value.is_finite());
-        bad.map_or(Ok(()), |edge| {
-            let (height, potential) = (self.lowest + edge as f64 * self.width, self.correction[edge]);
-            Err(Error::InvalidPotential { height, potential })
-        })
+        Ok(())
     }
 
     /// Number of bins.
@@ -211,6 +212,19 @@ impl<F: Field, T> Drive<F, T> for EffectivePotential {
         self.open_end_pressure
     }
 }
+
+persist!(
+    EffectivePotential {
+        same reference,
+        same lowest,
+        same width,
+        same open_end,
+        value open_end_pressure,
+        slice correction,
+        count generation,
+    },
+    |potential| potential.correction.iter().all(|value| value.is_finite())
+);
 
 #[cfg(test)]
 mod tests {

@@ -11,6 +11,7 @@ use std::fmt;
 /// equation of state that the run itself has measured is a measurement; in the layers only counts are. It says nothing of
 /// errors: those are in the residual of a [`Certificate`](super::Certificate). Where there is no bulk, both are the same.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MeasuredShare {
     /// More than four diameters from both walls, 0 to 1.
     pub bulk: f64,

@@ -46,6 +46,7 @@ mod self_consistent;
 pub use adaptation::Adaptation;
 pub use automatic::Automatic;
 pub use certificate::{Certificate, Convergence, ForceBalance, ForceBalancePoint, Suggestion};
+pub(crate) use column_average::WallContact;
 pub use counting_noise::over_weight;
 pub use effective_potential::EffectivePotential;
 pub use equation_of_state_closure::EquationOfStateClosure;

@@ -91,3 +91,5 @@ impl Recorder for OwnEquation {
         false
     }
 }
+
+persist!(OwnEquation { part collisions, count frames, slice sums }, |own| own.frames < OwnEquation::INTERVAL);

@@ -117,8 +117,9 @@ impl Averaging {
     fn update(&mut self, potential: &mut EffectivePotential, scene: &AnyScene<'_>) -> Result<(), Error> {
         let open_end_pressure = self.average.open_end_pressure(scene, &self.prior);
         let ratios = self.average.ratios(scene, potential.bin_width(), open_end_pressure, &self.prior);
+        potential.set(open_end_pressure, |bin| ratios[bin])?;
         self.measured = self.average.measured_share(scene, potential.bin_width(), &self.prior, &self.average);
-        potential.set(open_end_pressure, |bin| ratios[bin])
+        Ok(())
     }
 
     /// Whether nothing changes any more.
@@ -163,3 +164,5 @@ impl Adaptation<EffectivePotential> for Averaging {
         self.measured.warning().into_iter().collect()
     }
 }
+
+persist!(Averaging { part prior, same freezes, part average, value measured, count sweeps, value phase });

@@ -171,28 +171,30 @@ impl Iteration {
     }
 
     /// Ends a step: the closure becomes that by the equation of state that was measured, and if the column was at rest, the
-    /// field goes over to what was counted.
+    /// field goes over to what was counted. Nothing changes on an error.
     fn update(&mut self, potential: &mut EffectivePotential, scene: &AnyScene<'_>) -> Result<(), Error> {
         let at_rest = self.stood_still();
-        // An equation of state that finds no profile has too many terms for what was measured.
         let Self { own, prior, .. } = self;
+        // An equation of state that finds no profile has too many terms for what was measured.
         let closure = [2, 1].into_iter().find_map(|terms| {
             let equation = own.as_mut()?.fit(terms)?;
-            Prior::new(scene, potential, &equation, prior.weight).ok()
+            let closure = Prior::new(scene, potential, &equation, prior.weight).ok()?;
+            Some(Prior { measured: 1.0, ..closure })
         });
         if at_rest || closure.is_some() {
-            if let Some(closure) = closure {
-                self.prior = Prior { measured: 1.0, ..closure };
-            }
-            if at_rest {
-                self.at_rest.clone_from(&self.average);
-            }
+            let prior = closure.unwrap_or_else(|| self.prior.clone());
+            let counted = if at_rest { &self.average } else { &self.at_rest };
             let width = potential.bin_width();
-            let contact = self.at_rest.open_end_pressure(scene, &self.prior);
-            self.open_end_pressure += self.end_gain * (contact - self.open_end_pressure);
-            let ratios = self.at_rest.ratios(scene, width, self.open_end_pressure, &self.prior);
-            potential.set(self.open_end_pressure, |bin| ratios[bin])?;
-            self.measured = self.at_rest.measured_share(scene, width, &self.prior, &self.average);
+            let contact = counted.open_end_pressure(scene, &prior);
+            let end = self.open_end_pressure + self.end_gain * (contact - self.open_end_pressure);
+            let ratios = counted.ratios(scene, width, end, &prior);
+            potential.set(end, |bin| ratios[bin])?;
+            self.open_end_pressure = end;
+            self.measured = counted.measured_share(scene, width, &prior, &self.average);
+            self.prior = prior;
+            if at_rest {
+                std::mem::swap(&mut self.average, &mut self.at_rest);
+            }
         }
         self.steps += 1;
         self.clear();
@@ -223,23 +225,25 @@ impl Observer for Iteration {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         self.adapting = frame.phase() == Phase::Equilibration;
         if self.adapting {
-            self.sweeps += 1;
+            let sweeps = self.sweeps + 1;
             let [begin, end] = self.step;
-            let relaxed = self.is_relaxed(self.sweeps);
+            let relaxed = self.is_relaxed(sweeps);
             // As many centers of mass for a long step as for a short one.
             let interval = ((end - begin) / Self::MOST_CENTERS).max(1);
-            if relaxed && self.sweeps.is_multiple_of(interval) {
-                self.centers.push(frame.heights().sum::<f64>() / frame.particles() as f64);
-            }
-            if relaxed && self.sweeps.is_multiple_of(Self::SWEEPS_BETWEEN_LOOKS) {
+            // First what asks a field of a user's own.
+            if relaxed && sweeps.is_multiple_of(Self::SWEEPS_BETWEEN_LOOKS) {
                 self.average.add(frame);
             }
-            if self.listens(self.sweeps)
-                && self.sweeps.is_multiple_of(Self::SWEEPS_BETWEEN_COUNTS)
+            if self.listens(sweeps)
+                && sweeps.is_multiple_of(Self::SWEEPS_BETWEEN_COUNTS)
                 && let Some(own) = &mut self.own
             {
                 own.add(frame);
             }
+            if relaxed && sweeps.is_multiple_of(interval) {
+                self.centers.push(frame.heights().sum::<f64>() / frame.particles() as f64);
+            }
+            self.sweeps = sweeps;
         }
         Ok(())
     }
@@ -257,8 +261,13 @@ impl Adaptation<EffectivePotential> for Iteration {
         if !self.adapting || self.sweeps < end {
             return Ok(());
         }
+        let updated = self.update(potential, scene);
+        if updated.is_err() {
+            // The field in force stays, and the next step begins.
+            self.clear();
+        }
         self.step = [end, 2 * end];
-        self.update(potential, scene)
+        updated
     }
 
     fn start_production(
@@ -289,3 +298,24 @@ impl Adaptation<EffectivePotential> for Iteration {
         self.measured.warning().into_iter().collect()
     }
 }
+
+persist!(
+    Iteration {
+        part prior,
+        same end_gain,
+        value open_end_pressure,
+        value measured,
+        value steps,
+        part average,
+        part at_rest,
+        part own,
+        value centers,
+        count sweeps,
+        value step,
+        value adapting,
+    },
+    |iteration| {
+        let [begin, end] = iteration.step;
+        begin <= iteration.sweeps && begin < end && end <= 1 << 53 && iteration.steps < u32::MAX
+    }
+);

@@ -1,6 +1,6 @@
 //! Bins of equal height.
 
-use crate::{Error, Frame, Slab};
+use crate::{Error, Slab};
 
 /// Largest number of bins of a profile.
 pub const MAXIMUM_BINS: usize = 65_536;
@@ -232,21 +232,6 @@ impl HeightBins {
             (begin, bin) = (edge, bin + 1);
         }
         add(bin, (end - begin) / extent);
-    }
-
-    /// Fails unless the frame is of the slab that the bins were made for.
-    pub(super) fn require_slab_of(&self, frame: &Frame<'_>) -> Result<(), Error> {
-        let slab = frame.slab();
-        let requirement = "the observer was made for another slab";
-        if slab.height().to_bits() != self.slab.height().to_bits() {
-            let name = "height of the slab observed";
-            return Err(Error::InvalidParameter { name, value: slab.height(), requirement });
-        }
-        if *slab != self.slab {
-            let name = "base area of the slab observed";
-            return Err(Error::InvalidParameter { name, value: slab.base_area(), requirement });
-        }
-        Ok(())
     }
 
     /// Fails unless a profile on the bins `other` can be pooled with one on these.

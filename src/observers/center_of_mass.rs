@@ -1,5 +1,6 @@
 //! Height of the center of mass against time.
 
+use super::one_run::OneRun;
 use crate::statistics::{self, Autocorrelation, Equilibration, Estimate, scattered};
 use crate::warning::Disagreement;
 use crate::{Error, Frame, Merge, Observer, ObserverError, Warning};
@@ -13,12 +14,14 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Warning};
 /// Sixteen bytes are kept per frame. Wrap it in [`Every`](crate::Every) to keep fewer.
 #[derive(Debug, Clone, Default)]
 pub struct CenterOfMass {
+    run: OneRun,
     series: Series,
     replicas: Vec<Series>,
 }
 
 /// One run.
 #[derive(Debug, Clone, Default)]
+#[cfg_attr(feature = "checkpoint", derive(serde::Serialize, serde::Deserialize))]
 struct Series {
     sweeps: Vec<u64>,
     heights: Vec<f64>,
@@ -50,7 +53,8 @@ impl CenterOfMass {
             let start = series.sweeps.partition_point(|&observed| observed < sweep);
             Series { sweeps: series.sweeps[start..].to_vec(), heights: series.heights[start..].to_vec() }
         };
-        Self { series: cut(&self.series), replicas: self.replicas.iter().map(cut).collect() }
+        let replicas = self.replicas.iter().map(cut).collect();
+        Self { run: self.run.clone(), series: cut(&self.series), replicas }
     }
 
     /// The runs that hold anything, as slices of heights.
@@ -176,13 +180,15 @@ impl CenterOfMass {
             Ok(Series { sweeps: series.sweeps[start..].to_vec(), heights: series.heights[start..].to_vec() })
         };
         let replicas = self.replicas.iter().map(cut).collect::<Result<_, Error>>()?;
-        Ok(Self { series: cut(&self.series)?, replicas })
+        Ok(Self { run: self.run.clone(), series: cut(&self.series)?, replicas })
     }
 }
 
-/// Any two series can be pooled.
+/// Series of any length can be pooled.
 impl Merge for CenterOfMass {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
+        self.run.require_same_scene(&other.run)?;
+        self.run.join(&other.run);
         self.replicas.push(other.series.clone());
         self.replicas.extend_from_slice(&other.replicas);
         Ok(())
@@ -191,12 +197,18 @@ impl Merge for CenterOfMass {
 
 impl Observer for CenterOfMass {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        self.run.admit(frame)?;
         let height = frame.heights().sum::<f64>() / frame.particles() as f64;
         self.series.sweeps.push(frame.sweep());
         self.series.heights.push(height);
         Ok(())
     }
 }
+
+persist!(CenterOfMass { part run, value series, value replicas }, |observed| {
+    let mut all = [&observed.series].into_iter().chain(&observed.replicas);
+    all.all(|series| series.sweeps.len() == series.heights.len())
+});
 
 #[cfg(test)]
 mod tests {
@@ -208,7 +220,7 @@ mod tests {
         let mut scene = Scene::new(500.0, &[]);
         let mut center = CenterOfMass::new();
         for frame in 0..frames {
-            scene.sweep = 10 * frame;
+            scene.sweep.set(10 * frame);
             scene.place(&ideal_heights(25, seed + frame));
             center.observe(&scene.frame()).unwrap();
         }

@@ -1,6 +1,7 @@
 //! Normal and lateral pressure against height, from event chains.
 
 use super::bins::{Bins, HeightBins, Place};
+use super::one_run::OneRun;
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Collision, Error, Frame, Merge, Observer, ObserverError, Recorder, Slab};
 
@@ -30,6 +31,7 @@ use crate::{Collision, Error, Frame, Merge, Observer, ObserverError, Recorder, S
 /// pressure differs from it where the fluid is layered.
 #[derive(Debug, Clone)]
 pub struct ChainPressureProfile {
+    run: OneRun,
     bins: HeightBins,
     /// The bins, each divided evenly into stretches in which the temperature is one number.
     stretches: HeightBins,
@@ -42,6 +44,8 @@ pub struct ChainPressureProfile {
     /// and the two path lengths.
     sample: Vec<f64>,
     particles: f64,
+    /// Sweeps that ended with an error, up to the last frame.
+    incomplete: u64,
     averages: BlockAverages,
 }
 
@@ -82,6 +86,7 @@ impl ChainPressureProfile {
         let components = 3 * bins.count() + 2;
         let stretches = bins.divided(STRETCH);
         Ok(Self {
+            run: OneRun::in_slab(slab),
             bins,
             temperatures: Vec::new(),
             collisions: vec![0.0; 2 * stretches.count()],
@@ -89,6 +94,7 @@ impl ChainPressureProfile {
             paths: [0.0; 2],
             sample: vec![0.0; components],
             particles: 0.0,
+            incomplete: 0,
             averages: BlockAverages::new(components)?,
         })
     }
@@ -141,40 +147,33 @@ impl ChainPressureProfile {
     }
 }
 
-fn require_particles(mine: f64, value: f64) -> Result<(), Error> {
-    if mine.to_bits() == value.to_bits() {
-        return Ok(());
-    }
-    let requirement = "profiles can only be pooled if they are of the same scene";
-    Err(Error::InvalidParameter { name: "number of spheres", value, requirement })
-}
-
 impl Merge for ChainPressureProfile {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;
+        self.run.require_same_scene(&other.run)?;
+        self.averages.merge(&other.averages)?;
+        self.run.join(&other.run);
         if self.temperatures.is_empty() {
             self.temperatures.clone_from(&other.temperatures);
             self.particles = other.particles;
-        } else if !other.temperatures.is_empty() {
-            super::require_same_temperatures(&self.temperatures, other.temperatures.iter().copied())?;
-            require_particles(self.particles, other.particles)?;
         }
-        self.averages.merge(&other.averages)
+        Ok(())
     }
 }
 
 impl Observer for ChainPressureProfile {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
-        self.bins.require_slab_of(frame)?;
+        self.run.admit(frame)?;
         let temperature = |height: f64| frame.temperature().temperature(height);
-        let temperatures = self.stretches.centers().map(temperature);
-        let particles = frame.particles() as f64;
         if self.temperatures.is_empty() {
-            self.temperatures.extend(temperatures);
-            self.particles = particles;
-        } else {
-            super::require_same_temperatures(&self.temperatures, temperatures)?;
-            require_particles(self.particles, particles)?;
+            self.temperatures = self.stretches.centers().map(temperature).collect();
+            self.particles = frame.particles() as f64;
+        }
+        let incomplete = frame.move_counts().incomplete_sweeps;
+        if std::mem::replace(&mut self.incomplete, incomplete) != incomplete {
+            // A chain that ended with an error has collisions and no length.
+            self.collisions.fill(0.0);
+            self.paths = [0.0; 2];
         }
         let bins = self.bins.count();
         let divisions = self.stretches.count() / bins;
@@ -224,3 +223,17 @@ impl Recorder for ChainPressureProfile {
         false
     }
 }
+
+persist!(
+    ChainPressureProfile {
+        part run,
+        same bins,
+        value temperatures,
+        slice collisions,
+        value paths,
+        value particles,
+        count incomplete,
+        part averages,
+    },
+    |profile| profile.temperatures.is_empty() || profile.temperatures.len() == profile.stretches.count()
+);

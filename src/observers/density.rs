@@ -2,6 +2,7 @@
 
 use super::bins::{Bins, HeightBins, Place};
 use super::diagnostics;
+use super::one_run::OneRun;
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Error, Frame, Merge, Observer, ObserverError, Slab, Warning};
 
@@ -27,6 +28,7 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Slab, Warning};
 /// ```
 #[derive(Debug, Clone)]
 pub struct DensityProfile {
+    run: OneRun,
     bins: HeightBins,
     counts: Vec<f64>,
     averages: BlockAverages,
@@ -52,7 +54,7 @@ impl DensityProfile {
     pub fn new(slab: &Slab, bins: Bins) -> Result<Self, Error> {
         let bins = bins.of(slab)?;
         let averages = BlockAverages::new(bins.count())?;
-        Ok(Self { bins, counts: vec![0.0; bins.count()], averages })
+        Ok(Self { run: OneRun::in_slab(slab), bins, counts: vec![0.0; bins.count()], averages })
     }
 
     /// Frames observed.
@@ -75,7 +77,7 @@ impl DensityProfile {
     /// [`Error::TooFewObservations`] below 16 frames.
     pub fn points(&self) -> Result<Vec<DensityPoint>, Error> {
         let volume = self.bins.volume();
-        let counts = self.averages.estimates()?;
+        let counts = self.averages.estimates_of_rows(&[super::ALIKE_COUNTS])?;
         let points = self.bins.centers().zip(counts).map(|(height, count)| {
             let (mean, standard_error) = (count.mean / volume, count.standard_error / volume);
             DensityPoint {
@@ -89,7 +91,7 @@ impl DensityProfile {
 
     /// What speaks against single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base up
     /// to where 1 % of the spheres seen is left. Above that, and in a vacuum, bins are empty by right.
-    /// [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than 10 independent
+    /// [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than 2.5 independent
     /// configurations, as a run is judged; [`Warning::ReplicasDisagree`] where merged replicas do.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
@@ -122,13 +124,16 @@ impl DensityProfile {
 impl Merge for DensityProfile {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;
-        self.averages.merge(&other.averages)
+        self.run.require_same_scene(&other.run)?;
+        self.averages.merge(&other.averages)?;
+        self.run.join(&other.run);
+        Ok(())
     }
 }
 
 impl Observer for DensityProfile {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
-        self.bins.require_slab_of(frame)?;
+        self.run.admit(frame)?;
         self.counts.fill(0.0);
         for height in frame.heights() {
             if let Place::Inside(bin, _) = self.bins.locate(height) {
@@ -139,6 +144,8 @@ impl Observer for DensityProfile {
         Ok(())
     }
 }
+
+persist!(DensityProfile { part run, same bins, part averages });
 
 #[cfg(test)]
 mod tests {

@@ -1,8 +1,9 @@
 //! Mobility against height.
 
 use super::bins::{Bins, HeightBins, Place};
+use super::one_run::OneRun;
 use crate::statistics::{BlockAverages, Estimate};
-use crate::{AcceptedMove, Error, Frame, Merge, Observer, ObserverError, Recorder, Slab};
+use crate::{AcceptedMove, Error, Frame, Merge, MoveCounts, Observer, ObserverError, Recorder, Slab};
 
 /// How far spheres move, against the height at which a move begins.
 ///
@@ -15,17 +16,19 @@ use crate::{AcceptedMove, Error, Frame, Merge, Observer, ObserverError, Recorder
 ///
 /// Accepted moves are counted as they happen, the spheres of a bin when a frame is observed. What is
 /// observed is therefore *intervals*: the moves since the previous frame. Moves before the first frame
-/// count for nothing, nor does an interval in which the simulation ran without this observer.
+/// count for nothing, nor does an interval in which the simulation ran without this observer or a sweep ended with an
+/// error.
 #[derive(Debug, Clone)]
 pub struct DisplacementProfile {
+    run: OneRun,
     bins: HeightBins,
     /// Of the interval that is being recorded: path length in all bins, accepted moves in all bins,
     /// and, filled when it ends, spheres times sweeps in all bins.
     sample: Vec<f64>,
     /// Moves recorded in it, outside the bins as well.
     recorded: u64,
-    /// Sweep number and accepted moves at the frame where it began.
-    start: Option<(u64, u64)>,
+    /// Sweep number and moves at the frame where it began.
+    start: Option<(u64, MoveCounts)>,
     averages: BlockAverages,
 }
 
@@ -54,7 +57,14 @@ impl DisplacementProfile {
     pub fn new(slab: &Slab, bins: Bins) -> Result<Self, Error> {
         let bins = bins.of(slab)?;
         let averages = BlockAverages::new(3 * bins.count())?;
-        Ok(Self { bins, sample: vec![0.0; 3 * bins.count()], recorded: 0, start: None, averages })
+        Ok(Self {
+            run: OneRun::in_slab(slab),
+            bins,
+            sample: vec![0.0; 3 * bins.count()],
+            recorded: 0,
+            start: None,
+            averages,
+        })
     }
 
     /// Intervals observed: frames but the first, unless there were gaps.
@@ -93,19 +103,22 @@ fn finite_or_nan(ratio: f64) -> f64 {
 impl Merge for DisplacementProfile {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;
-        self.averages.merge(&other.averages)
+        self.run.require_same_scene(&other.run)?;
+        self.averages.merge(&other.averages)?;
+        self.run.join(&other.run);
+        Ok(())
     }
 }
 
 impl Observer for DisplacementProfile {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
-        self.bins.require_slab_of(frame)?;
-        let accepted = frame.move_counts().displacements();
-        if let Some((start_sweep, start_accepted)) = self.start {
-            let sweeps = frame.sweep().checked_sub(start_sweep).filter(|&sweeps| sweeps > 0);
+        self.run.admit(frame)?;
+        if let Some((start_sweep, start)) = self.start {
+            let sweeps = frame.sweep() - start_sweep;
             // Fewer recorded than the simulation counted: it ran without this observer in between.
-            let complete = accepted.checked_sub(start_accepted).is_some_and(|count| count <= self.recorded);
-            if let (Some(sweeps), true) = (sweeps, complete) {
+            let moves = frame.move_counts().since(&start);
+            let complete = moves.displacements() <= self.recorded && moves.incomplete_sweeps == 0;
+            if complete {
                 // The occupation at the end stands for that of the interval: equal on average in a
                 // steady state.
                 let exposures = &mut self.sample[2 * self.bins.count()..];
@@ -119,7 +132,7 @@ impl Observer for DisplacementProfile {
         }
         self.sample.fill(0.0);
         self.recorded = 0;
-        self.start = Some((frame.sweep(), accepted));
+        self.start = Some((frame.sweep(), *frame.move_counts()));
         Ok(())
     }
 
@@ -137,6 +150,11 @@ impl Recorder for DisplacementProfile {
         }
     }
 }
+
+persist!(
+    DisplacementProfile { part run, same bins, slice sample, count recorded, value start, part averages },
+    |profile| profile.start.is_none_or(|(sweep, _)| profile.run.is_past(sweep))
+);
 
 #[cfg(test)]
 mod tests {
@@ -156,7 +174,7 @@ mod tests {
         let mut scene = Scene::new(10.0, &[1.0, 2.0, 7.0]);
         let mut profile = DisplacementProfile::new(&scene.slab, Bins::count(3).from(0.0).to(9.0)).unwrap();
         scene.move_counts.accepted = 1000;
-        scene.sweep = 5;
+        scene.sweep.set(5);
         moved(&mut profile, &mut scene, 1.0, 100.0);
         profile.observe(&scene.frame()).unwrap();
         for interval in 0..40 {
@@ -168,10 +186,10 @@ mod tests {
             }
             if interval == 20 {
                 // The simulation ran on its own for a while.
-                scene.sweep += 1000;
+                scene.sweep.set(scene.sweep.get() + 1000);
                 scene.move_counts.accepted += 1;
             }
-            scene.sweep += 10;
+            scene.sweep.set(scene.sweep.get() + 9);
             profile.observe(&scene.frame()).unwrap();
         }
         assert_eq!(profile.observations(), 39);
@@ -199,7 +217,6 @@ mod tests {
             for _ in 0..=64 {
                 profile.observe(&scene.frame()).unwrap();
                 moved(&mut profile, &mut scene, 1.0, length);
-                scene.sweep += 1;
             }
             pooled.merge(&profile).unwrap();
         }

@@ -2,6 +2,7 @@
 
 use super::bins::{Bins, HeightBins};
 use super::diagnostics;
+use super::one_run::OneRun;
 use super::pressure::weigh_column;
 use crate::equation_of_state::{EquationOfState, packing_fraction};
 use crate::statistics::{BlockAverages, Estimate};
@@ -22,6 +23,7 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Slab, Warning};
 /// saw a sphere in it, the error is.
 #[derive(Debug, Clone)]
 pub struct EquationOfStateProfile {
+    run: OneRun,
     bins: HeightBins,
     open_end_pressure: f64,
     /// Of the scene at the middles of the bins; empty before the first frame.
@@ -86,6 +88,7 @@ impl EquationOfStateProfile {
     pub fn new(slab: &Slab, bins: Bins) -> Result<Self, Error> {
         let bins = bins.of(slab)?;
         Ok(Self {
+            run: OneRun::in_slab(slab),
             bins,
             open_end_pressure: 0.0,
             temperatures: Vec::new(),
@@ -123,7 +126,7 @@ impl EquationOfStateProfile {
     /// # Errors
     /// [`Error::TooFewObservations`] below 16 frames.
     pub fn points(&self) -> Result<Vec<EquationOfStatePoint>, Error> {
-        let errors = self.averages.standard_errors()?;
+        let errors = self.averages.standard_errors_of_rows(&[super::ALIKE_COUNTS, super::ALIKE_WEIGHTS])?;
         let means = self.averages.mean();
         let factors = self.ratios(|_, density, pressure, temperature| pressure / (density * temperature))?;
         let rows = self.bins.centers().zip(&self.temperatures).zip(factors).enumerate();
@@ -169,7 +172,7 @@ impl EquationOfStateProfile {
             pressure / (density * temperature * equation_of_state.compressibility_factor(packing_fraction))
                 - 1.0
         })?;
-        let errors = self.averages.standard_errors()?;
+        let errors = self.averages.standard_errors_of_rows(&[super::ALIKE_COUNTS, super::ALIKE_WEIGHTS])?;
         let means = self.averages.mean();
         let points = self.bins.centers().zip(deviations).enumerate().map(|(bin, (height, deviation))| {
             let density = Estimate::new(self.state(&means, bin).0, errors[bin] / self.bins.volume());
@@ -180,7 +183,7 @@ impl EquationOfStateProfile {
 
     /// What speaks against single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base up
     /// to where 1 % of the spheres seen is left. Above that, and in a vacuum, bins are empty by right.
-    /// [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than 10 independent
+    /// [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than 2.5 independent
     /// configurations, as a run is judged; [`Warning::ReplicasDisagree`] where merged replicas do. [`Warning::WideBins`] where the
     /// density changes too much within one.
     #[must_use]
@@ -258,7 +261,7 @@ impl EquationOfStateProfile {
     /// A function of packing fraction, density, pressure and temperature for every bin, with its error;
     /// NaN where there never was a sphere.
     fn ratios(&self, function: impl Fn(f64, f64, f64, f64) -> f64) -> Result<Vec<Estimate>, Error> {
-        self.averages.jackknife(|means| {
+        self.averages.jackknife_of_rows(&[super::ALIKE_COUNTS], |means| {
             let states = self.temperatures.iter().enumerate().map(|(bin, &temperature)| {
                 let (density, pressure) = self.state(means, bin);
                 // Counts are whole numbers: without the only block that saw a sphere this is exactly zero.
@@ -277,23 +280,22 @@ impl EquationOfStateProfile {
 impl Merge for EquationOfStateProfile {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;
+        self.run.require_same_scene(&other.run)?;
+        self.averages.merge(&other.averages)?;
+        self.run.join(&other.run);
         if self.temperatures.is_empty() {
             self.temperatures.clone_from(&other.temperatures);
-        } else if !other.temperatures.is_empty() {
-            super::require_same_temperatures(&self.temperatures, other.temperatures.iter().copied())?;
         }
-        self.averages.merge(&other.averages)
+        Ok(())
     }
 }
 
 impl Observer for EquationOfStateProfile {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
-        self.bins.require_slab_of(frame)?;
-        let temperatures = self.bins.centers().map(|height| frame.temperature().temperature(height));
+        self.run.admit(frame)?;
         if self.temperatures.is_empty() {
-            self.temperatures.extend(temperatures);
-        } else {
-            super::require_same_temperatures(&self.temperatures, temperatures)?;
+            let temperature = |height: f64| frame.temperature().temperature(height);
+            self.temperatures = self.bins.centers().map(temperature).collect();
         }
         let (counts, pressures) = self.sample.split_at_mut(self.bins.count());
         counts.fill(0.0);
@@ -302,6 +304,11 @@ impl Observer for EquationOfStateProfile {
         Ok(())
     }
 }
+
+persist!(
+    EquationOfStateProfile { part run, same bins, value open_end_pressure, value temperatures, part averages },
+    |profile| profile.temperatures.is_empty() || profile.temperatures.len() == profile.bins.count()
+);
 
 #[cfg(test)]
 mod tests {

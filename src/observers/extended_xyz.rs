@@ -109,7 +109,7 @@ mod tests {
         let mut trajectory = ExtendedXyz::new(Vec::new());
         let mut expected = Vec::new();
         for sweep in [0, 7, 123_456_789_012] {
-            scene.sweep = sweep;
+            scene.sweep.set(sweep);
             let shift = 1.0 / (sweep as f64 + 3.0);
             scene.positions =
                 vec![[0.5, 0.0, 1e-17], [9.6 - shift, 0.1 + 0.2, 4.3], [1.0 / 3.0 + 1.0, shift, 1e-3]];

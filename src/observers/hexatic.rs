@@ -2,6 +2,7 @@
 
 use super::bins::HeightBins;
 use super::neighbors::Neighbors;
+use super::one_run::OneRun;
 use super::radial_distribution::in_the_plane;
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
@@ -25,6 +26,7 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
 /// ```
 #[derive(Debug, Clone)]
 pub struct HexaticOrder {
+    run: OneRun,
     heights: HeightBins,
     neighbors: Neighbors,
     averages: BlockAverages,
@@ -38,6 +40,7 @@ impl HexaticOrder {
     /// positive or above half the smaller width.
     pub fn new(slab: &Slab, low: f64, high: f64, neighbor_distance: f64) -> Result<Self, Error> {
         Ok(Self {
+            run: OneRun::in_slab(slab),
             heights: HeightBins::new(slab, low, high, 1)?,
             neighbors: Neighbors::new(slab, neighbor_distance)?,
             averages: BlockAverages::new(3)?,
@@ -78,13 +81,16 @@ impl Merge for HexaticOrder {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.heights.require_same(&other.heights)?;
         super::require_same_radius(&self.neighbors, &other.neighbors)?;
-        self.averages.merge(&other.averages)
+        self.run.require_same_scene(&other.run)?;
+        self.averages.merge(&other.averages)?;
+        self.run.join(&other.run);
+        Ok(())
     }
 }
 
 impl Observer for HexaticOrder {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
-        self.heights.require_slab_of(frame)?;
+        self.run.admit(frame)?;
         self.neighbors.gather(in_the_plane(frame, &self.heights));
         let (mut local, mut total) = (0.0, [0.0; 2]);
         for sphere in 0..self.neighbors.count() {
@@ -106,6 +112,8 @@ impl Observer for HexaticOrder {
         Ok(())
     }
 }
+
+persist!(HexaticOrder { part run, same heights, part neighbors, part averages });
 
 #[cfg(test)]
 mod tests {

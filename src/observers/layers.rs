@@ -214,10 +214,9 @@ mod tests {
     /// Gaussian, with standard deviation `half_width`/√3.
     fn layered(positions: &[f64], half_width: f64, frames: u64, seed: u64) -> DensityProfile {
         let mut generator = Pcg64Mcg::seed_from_u64(seed);
-        let scene = Scene::new(20.0, &[]);
+        let mut scene = Scene::new(20.0, &[]);
         let mut profile = DensityProfile::new(&scene.slab, Bins::count(400).from(0.5).to(10.5)).unwrap();
         for _ in 0..frames {
-            let mut scene = Scene::new(20.0, &[]);
             let mut heights = Vec::new();
             for &position in positions {
                 for _ in 0..25 {
@@ -276,10 +275,9 @@ mod tests {
 
     #[test]
     fn a_gas_has_no_layers_and_noise_makes_none() {
-        let slab = Scene::new(500.0, &[]).slab;
-        let mut profile = DensityProfile::new(&slab, Bins::count(600).from(0.5).to(30.5)).unwrap();
+        let mut scene = Scene::new(500.0, &[]);
+        let mut profile = DensityProfile::new(&scene.slab, Bins::count(600).from(0.5).to(30.5)).unwrap();
         for frame in 0..200 {
-            let mut scene = Scene::new(500.0, &[]);
             scene.place(&ideal_heights(50, frame));
             profile.observe(&scene.frame()).unwrap();
         }
@@ -298,8 +296,9 @@ mod tests {
     fn senseless_visibilities_are_refused() {
         let mut profile = DensityProfile::new(&Slab::new(10.0, 5.0, 5.0).unwrap(), Bins::count(10)).unwrap();
         assert!(matches!(profile.layers(0.1), Err(Error::TooFewObservations { .. })));
+        let scene = Scene::new(10.0, &[3.0]);
         for _ in 0..16 {
-            profile.observe(&Scene::new(10.0, &[3.0]).frame()).unwrap();
+            profile.observe(&scene.frame()).unwrap();
         }
         assert!(profile.layers(0.1).unwrap().is_empty());
         for visibility in [0.0, 1.0, -0.1, f64::NAN] {

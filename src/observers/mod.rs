@@ -3,6 +3,7 @@
 //! | what | observer |
 //! |---|---|
 //! | profiles | [`DensityProfile`], [`PressureProfile`], [`EquationOfStateProfile`], [`ChainPressureProfile`], [`DisplacementProfile`] |
+//! | pressure on base and lid | [`WallPressure`] |
 //! | is it steady? | [`CenterOfMass`] |
 //! | order in the plane of a layer | [`RadialDistribution`], [`NeighborAngles`], [`HexaticOrder`] |
 //! | layers on top of each other | [`DensityProfile::layers`] |
@@ -13,7 +14,8 @@
 //! All observe in one pass over the spheres (those of structure find neighbors as well, by cells, in a time proportional
 //! to their number), and their memory does not grow with the run (but for the
 //! series of [`CenterOfMass`]); all keep enough to give error bars that account for correlations in
-//! time; and independent replicas of one scene are pooled ([`Merge`](crate::Merge)).
+//! time; and independent replicas of one scene are pooled ([`Merge`](crate::Merge)). One that averages looks at one run: frames of
+//! another scene, or of a run that counts its sweeps anew, are refused ([`Error::AnotherRun`](crate::Error::AnotherRun)).
 //!
 //! Profiles are averages over bins of equal height. A bin of 0.1 diameters, as in the paper
 //! (doi:10.1103/PhysRevE.83.061306), resolves the layers near the base; what varies slowly is better
@@ -33,12 +35,14 @@ mod hexatic;
 mod layers;
 mod neighbor_angles;
 mod neighbors;
+mod one_run;
 mod pressure;
 mod radial_distribution;
 mod steinhardt;
 mod structure;
 #[cfg(test)]
 mod test_frame;
+mod wall_pressure;
 
 pub use bins::{Bins, MAXIMUM_BINS};
 pub use bond_order::{BondOrder, Structure};
@@ -56,28 +60,20 @@ pub use neighbors::{Neighbor, Neighbors};
 pub use pressure::{PressurePoint, PressureProfile};
 pub use radial_distribution::{RadialDistribution, RadialDistributionPoint};
 pub use structure::{StructurePoint, StructureProfile};
+pub use wall_pressure::WallPressure;
 
 use crate::Error;
 use crate::statistics::Estimate;
+
+/// Counts of so many neighboring bins to either side share their memory.
+const ALIKE_COUNTS: usize = 1;
+/// Weights above neighboring bins are nearly the same.
+const ALIKE_WEIGHTS: usize = 8;
 
 /// Packing fraction πn/6 of a number density with its error.
 fn packing_fraction(number_density: Estimate) -> Estimate {
     let convert = crate::equation_of_state::packing_fraction;
     Estimate::new(convert(number_density.mean), convert(number_density.standard_error))
-}
-
-/// Fails unless two profiles are of scenes with the same temperatures at the middles of the bins.
-fn require_same_temperatures(mine: &[f64], others: impl Iterator<Item = f64>) -> Result<(), Error> {
-    for (mine, value) in mine.iter().zip(others) {
-        if mine.to_bits() != value.to_bits() {
-            return Err(Error::InvalidParameter {
-                name: "temperature of the scene observed",
-                value,
-                requirement: "one profile can only hold scenes of one temperature profile",
-            });
-        }
-    }
-    Ok(())
 }
 
 /// Fails unless two observers look for neighbors within the same radius.

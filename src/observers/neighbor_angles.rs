@@ -2,6 +2,7 @@
 
 use super::bins::HeightBins;
 use super::neighbors::Neighbors;
+use super::one_run::OneRun;
 use super::radial_distribution::in_the_plane;
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
@@ -31,6 +32,7 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
 /// ```
 #[derive(Debug, Clone)]
 pub struct NeighborAngles {
+    run: OneRun,
     heights: HeightBins,
     neighbors: Neighbors,
     bins: usize,
@@ -81,6 +83,7 @@ impl NeighborAngles {
             return Err(Error::InvalidBins { bins, extent: 360.0, maximum: super::MAXIMUM_BINS });
         }
         Ok(Self {
+            run: OneRun::in_slab(slab),
             heights: HeightBins::new(slab, low, high, 1)?,
             neighbors: Neighbors::new(slab, neighbor_distance)?,
             bins,
@@ -127,13 +130,16 @@ impl Merge for NeighborAngles {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.heights.require_same(&other.heights)?;
         super::require_same_radius(&self.neighbors, &other.neighbors)?;
-        self.averages.merge(&other.averages)
+        self.run.require_same_scene(&other.run)?;
+        self.averages.merge(&other.averages)?;
+        self.run.join(&other.run);
+        Ok(())
     }
 }
 
 impl Observer for NeighborAngles {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
-        self.heights.require_slab_of(frame)?;
+        self.run.admit(frame)?;
         self.neighbors.gather(in_the_plane(frame, &self.heights));
         self.sample.fill(0.0);
         let (angles, counts) = self.sample.split_at_mut(self.bins);
@@ -160,6 +166,8 @@ impl Observer for NeighborAngles {
         Ok(())
     }
 }
+
+persist!(NeighborAngles { part run, same heights, part neighbors, same bins, part averages });
 
 #[cfg(test)]
 mod tests {

@@ -1,6 +1,7 @@
 //! Pressure against height, from the weight of the column.
 
 use super::bins::{Bins, HeightBins, Place};
+use super::one_run::OneRun;
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Error, Frame, Merge, Observer, ObserverError, Slab, Wall};
 
@@ -33,6 +34,7 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Slab, Wall};
 /// ```
 #[derive(Debug, Clone)]
 pub struct PressureProfile {
+    run: OneRun,
     bins: HeightBins,
     open_end_pressure: f64,
     weights: Vec<f64>,
@@ -58,6 +60,7 @@ impl PressureProfile {
     pub fn new(slab: &Slab, bins: Bins) -> Result<Self, Error> {
         let bins = bins.of(slab)?;
         Ok(Self {
+            run: OneRun::in_slab(slab),
             bins,
             open_end_pressure: 0.0,
             weights: vec![0.0; bins.count()],
@@ -95,7 +98,8 @@ impl PressureProfile {
     /// [`Error::TooFewObservations`] below 16 frames.
     pub fn points(&self) -> Result<Vec<PressurePoint>, Error> {
         let area = self.bins.base_area();
-        let points = self.bins.centers().zip(self.averages.estimates()?).map(|(height, weight)| {
+        let weights = self.averages.estimates_of_rows(&[super::ALIKE_WEIGHTS])?;
+        let points = self.bins.centers().zip(weights).map(|(height, weight)| {
             let mean = weight.mean / area + self.open_end_pressure;
             PressurePoint { height, pressure: Estimate::new(mean, weight.standard_error / area) }
         });
@@ -107,13 +111,16 @@ impl PressureProfile {
 impl Merge for PressureProfile {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;
-        self.averages.merge(&other.averages)
+        self.run.require_same_scene(&other.run)?;
+        self.averages.merge(&other.averages)?;
+        self.run.join(&other.run);
+        Ok(())
     }
 }
 
 impl Observer for PressureProfile {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
-        self.bins.require_slab_of(frame)?;
+        self.run.admit(frame)?;
         weigh_column(frame, &self.bins, &mut self.weights, &mut self.pressures, |_| {});
         self.averages.push(&self.pressures)?;
         Ok(())
@@ -154,6 +161,8 @@ pub(super) fn weigh_column(
         above += *weight;
     }
 }
+
+persist!(PressureProfile { part run, same bins, value open_end_pressure, part averages });
 
 #[cfg(test)]
 mod tests {

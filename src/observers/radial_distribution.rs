@@ -2,6 +2,7 @@
 
 use super::bins::{HeightBins, Place};
 use super::neighbors::{Neighbors, half_width};
+use super::one_run::OneRun;
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
 use nalgebra::Vector3;
@@ -33,6 +34,7 @@ use std::f64::consts::PI;
 /// ```
 #[derive(Debug, Clone)]
 pub struct RadialDistribution {
+    run: OneRun,
     heights: HeightBins,
     neighbors: Neighbors,
     bins: usize,
@@ -81,6 +83,7 @@ impl RadialDistribution {
             return Err(Error::InvalidBins { bins, extent: maximum_distance, maximum });
         }
         Ok(Self {
+            run: OneRun::in_slab(slab),
             heights: HeightBins::new(slab, low, high, 1)?,
             neighbors,
             bins,
@@ -132,13 +135,16 @@ impl Merge for RadialDistribution {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.heights.require_same(&other.heights)?;
         super::require_same_radius(&self.neighbors, &other.neighbors)?;
-        self.averages.merge(&other.averages)
+        self.run.require_same_scene(&other.run)?;
+        self.averages.merge(&other.averages)?;
+        self.run.join(&other.run);
+        Ok(())
     }
 }
 
 impl Observer for RadialDistribution {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
-        self.heights.require_slab_of(frame)?;
+        self.run.admit(frame)?;
         self.neighbors.gather(in_the_plane(frame, &self.heights));
         self.sample.fill(0.0);
         self.sample[self.bins] = self.neighbors.count() as f64;
@@ -162,6 +168,8 @@ pub(super) fn in_the_plane(frame: &Frame<'_>, heights: &HeightBins) -> impl Iter
     let inside = |position: &Vector3<f64>| matches!(heights.locate(position.x), Place::Inside(..));
     frame.positions().filter(inside).map(|position| Vector3::new(0.0, position.y, position.z))
 }
+
+persist!(RadialDistribution { part run, same heights, part neighbors, same bins, part averages });
 
 #[cfg(test)]
 mod tests {

@@ -2,6 +2,7 @@
 
 use super::bins::{Bins, HeightBins, Place};
 use super::bond_order::{BondOrder, Structure};
+use super::one_run::OneRun;
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
 
@@ -24,6 +25,7 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
 /// ```
 #[derive(Debug, Clone)]
 pub struct StructureProfile {
+    run: OneRun,
     bins: HeightBins,
     order: BondOrder,
     /// Of every bin: spheres that are fcc-like, hcp-like, fluid-like, and the sum of their averaged q₆.
@@ -59,7 +61,13 @@ impl StructureProfile {
         let bins = bins.of(slab)?;
         let components = VALUES * bins.count();
         let averages = BlockAverages::new(components)?;
-        Ok(Self { bins, order: BondOrder::new(slab), sample: vec![0.0; components], averages })
+        Ok(Self {
+            run: OneRun::in_slab(slab),
+            bins,
+            order: BondOrder::new(slab),
+            sample: vec![0.0; components],
+            averages,
+        })
     }
 
     /// Frames observed.
@@ -154,13 +162,16 @@ fn point(height: f64, values: &[Estimate]) -> StructurePoint {
 impl Merge for StructureProfile {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;
-        self.averages.merge(&other.averages)
+        self.run.require_same_scene(&other.run)?;
+        self.averages.merge(&other.averages)?;
+        self.run.join(&other.run);
+        Ok(())
     }
 }
 
 impl Observer for StructureProfile {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
-        self.bins.require_slab_of(frame)?;
+        self.run.admit(frame)?;
         self.order.gather(frame.positions());
         self.sample.fill(0.0);
         for (sphere, height) in frame.heights().enumerate() {
@@ -178,6 +189,8 @@ impl Observer for StructureProfile {
         Ok(())
     }
 }
+
+persist!(StructureProfile { part run, same bins, part averages });
 
 #[cfg(test)]
 mod tests {

@@ -7,6 +7,7 @@ use crate::temperature::Isothermal;
 use crate::{Field, Slab, TemperatureProfile};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
+use std::cell::Cell;
 
 /// A scene whose spheres are where the test puts them.
 pub(super) struct Scene {
@@ -14,7 +15,8 @@ pub(super) struct Scene {
     pub(super) field: Box<dyn Field>,
     pub(super) temperature: Box<dyn TemperatureProfile>,
     pub(super) positions: Vec<[f64; 3]>,
-    pub(super) sweep: u64,
+    /// Of the frame that comes next.
+    pub(super) sweep: Cell<u64>,
     pub(super) move_counts: MoveCounts,
 }
 
@@ -26,7 +28,7 @@ impl Scene {
             field: Box::new(UniformField::default()),
             temperature: Box::new(Isothermal::new(5.0).unwrap()),
             positions: Vec::new(),
-            sweep: 0,
+            sweep: Cell::new(0),
             move_counts: MoveCounts::default(),
         };
         scene.place(heights);
@@ -37,14 +39,17 @@ impl Scene {
         self.positions = heights.iter().map(|&height| [height, 1.0, 2.0]).collect();
     }
 
+    /// A frame of the sweep after that of the frame before.
     pub(super) fn frame(&self) -> Frame<'_> {
+        let sweep = self.sweep.get();
+        self.sweep.set(sweep + 1);
         Frame {
             scene: crate::Scene::unchecked(self.slab, self.positions.len(), &*self.field, &*self.temperature),
             potential: &Still(0),
             centers: Centers::listed(&self.positions),
-            sweep: self.sweep,
+            sweep,
             phase: Phase::Production,
-            sweep_of_phase: self.sweep,
+            sweep_of_phase: sweep,
             move_counts: &self.move_counts,
         }
     }

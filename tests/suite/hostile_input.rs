@@ -385,7 +385,7 @@ fn observers_of_another_slab() {
         for observer in &mut observers {
             let error = simulation.run(1, &mut **observer).unwrap_err();
             let source = std::error::Error::source(&error).expect("the observer's own error");
-            assert!(matches!(source.downcast_ref(), Some(Error::InvalidParameter { .. })), "{source}");
+            assert!(matches!(source.downcast_ref(), Some(Error::AnotherRun { .. })), "{source}");
         }
     }
 }
@@ -686,7 +686,7 @@ fn an_observer_that_fails_does_not_spoil_the_run() {
     let mut observer = (Fragile { fails_at: 7, seen: 0 }, Every::new(2, Fragile { fails_at: 99, seen: 0 }));
     simulation.equilibrate(5, &mut observer).unwrap();
     let error = simulation.run(10, &mut observer).unwrap_err();
-    assert_says(&error, &["sweep 7"]);
+    assert_says(&error, &["observer .0 of the tuple", "Fragile", "sweep 7: out of ink at sweep 7"]);
     let source = std::error::Error::source(&error).expect("the observer's own error is the source");
     assert_eq!(source.downcast_ref::<OutOfInk>(), Some(&OutOfInk(7)));
     assert_eq!((simulation.sweep(), simulation.move_counts().trials), (7, 7 * 30));
@@ -697,6 +697,18 @@ fn an_observer_that_fails_does_not_spoil_the_run() {
         Simulation::builder(scene(30)).start(ClosePacked).seed(9).moves(small()).build().unwrap();
     undisturbed.run(15, &mut ()).unwrap();
     assert_eq!(simulation.positions(), undisturbed.positions());
+    // Inside another tuple, and alone.
+    let fails_next = || Fragile { fails_at: undisturbed.sweep() + 1, seen: 0 };
+    let mut tuple = ((), (Every::new(1, ()), fails_next()), fails_next());
+    let mut alone = fails_next();
+    for (observer, place) in
+        [(&mut tuple as &mut dyn Observer, &[1, 1][..]), (&mut alone as &mut dyn Observer, &[][..])]
+    {
+        let error = simulation.clone().run(1, observer).unwrap_err();
+        let Error::Observer { position, .. } = &error else { panic!("{error}") };
+        assert_eq!(position, place, "{error}");
+        assert!(format!("{error:?}").ends_with("after sweep 16: out of ink at sweep 16"), "{error:?}");
+    }
 }
 
 #[test]

@@ -7,14 +7,43 @@ use gradient_mc::observers::{
     Bins, CenterOfMass, ChainPressureProfile, DensityProfile, DisplacementProfile, EquationOfStateProfile,
     HexaticOrder, NeighborAngles, PressureProfile, RadialDistribution, StructureProfile,
 };
+use gradient_mc::start::Positions;
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal, LinearTemperature};
-use gradient_mc::{Error, Scene, Simulation, Slab};
+use gradient_mc::{Error, Merge, Scene, Simulation, Slab};
 
 fn agrees(measured: Estimate, expected: f64, cap: f64) -> bool {
     measured.standard_error > 0.0
         && measured.standard_error < cap * expected
         && (measured.mean - expected).abs() < 4.0 * measured.standard_error
+}
+
+/// A run that goes on from positions counts its sweeps anew, and takes observers of its own.
+#[test]
+fn a_restart_takes_observers_of_its_own() {
+    let slab = Slab::new(20.0, 6.0, 6.0).unwrap();
+    let scene = Scene::new(slab, 60, UniformField::default(), Isothermal::new(5.0).unwrap()).unwrap();
+    let mut simulation = Simulation::builder(scene).seed(1).build().unwrap();
+    let mut center = CenterOfMass::new();
+    simulation.run(300, &mut center).unwrap();
+    let start = Positions(simulation.positions());
+    let mut restarted = Simulation::builder(scene).start(start).seed(2).build().unwrap();
+    let refused = restarted.run(400, &mut center).unwrap_err();
+    let Error::Observer { source, .. } = refused else { panic!("{refused}") };
+    assert!(
+        matches!(source.downcast_ref(), Some(Error::AnotherRun { what: "number of the sweep", .. })),
+        "{source}"
+    );
+    let mut second = CenterOfMass::new();
+    restarted.run(399, &mut second).unwrap();
+    center.merge(&second).unwrap();
+    // Of the first run nothing is left, of the second what came after.
+    let late = center.since(301);
+    assert_eq!((late.heights(), late.sweeps()), (&[][..], &[][..]));
+    let mut alone = CenterOfMass::new();
+    alone.merge(&second.since(301)).unwrap();
+    assert_eq!(late.estimate().unwrap(), alone.estimate().unwrap());
+    assert_eq!(center.heights().len(), 300);
 }
 
 /// Whatever is asked of an observer that has seen no frame, or one, is an error and no panic.

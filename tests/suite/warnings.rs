@@ -276,6 +276,30 @@ fn a_column_that_freezes_is_warned_of_and_so_is_a_box_that_does_not_fit() {
     );
 }
 
+/// Few cold spheres lie on the wall as a gas, though their weight per area is many times that of freezing over T.
+#[test]
+fn a_thin_cold_layer_does_not_freeze_and_a_dense_one_does() {
+    let frozen = |spheres_per_area: f64, acceleration: f64| {
+        let slab = Slab::new(12.0, 6.0, 6.0).unwrap();
+        let (field, cold) = (UniformField::new(acceleration).unwrap(), Isothermal::new(0.005).unwrap());
+        let scene = Scene::with_column_density(slab, spheres_per_area, field, cold).unwrap();
+        let warnings = local(RandomInsertion::default(), 0.3, [500, 300]).of(scene, &mut ());
+        warnings.into_iter().find(|warning| matches!(warning, Warning::Metastable { .. }))
+    };
+    for acceleration in [1.0, -1.0] {
+        for spheres_per_area in [0.1, 0.4, 0.6] {
+            let said = frozen(spheres_per_area, acceleration);
+            assert!(said.is_none(), "{spheres_per_area} {acceleration}: {said:?}");
+        }
+        let said = frozen(2.0, acceleration);
+        assert!(
+            matches!(said, Some(Warning::Metastable { lowest_height, highest_height, .. })
+                if if acceleration > 0.0 { lowest_height < 0.1 } else { highest_height > 11.9 }),
+            "{said:?}"
+        );
+    }
+}
+
 #[test]
 fn a_scene_without_theory_is_warned_of() {
     // A temperature with 50 000 waves: more than the solver has panels for.

@@ -3,6 +3,9 @@
 mod constraints;
 mod cut;
 mod force_bound;
+mod length;
+#[cfg(feature = "checkpoint")]
+mod saved;
 mod stall_guard;
 mod tiles;
 mod visit;
@@ -16,6 +19,7 @@ use crate::random::{Generator, exponential, index, unit};
 use crate::{Error, Field, Slab, TemperatureProfile};
 use cut::Sizes;
 use force_bound::ForceBounds;
+use length::ChainLength;
 use nalgebra::Vector3;
 use stall_guard::StallGuard;
 use tiles::Tiles;
@@ -49,7 +53,7 @@ pub enum FieldEvent {
 ///
 /// Where the base is wide enough for several tiles of some 32 000 spheres, chains go tile by tile, between strips of spheres that
 /// are frozen meanwhile and turn chains round as walls do (Kapfer and Krauth, doi:10.1088/1742-6596/454/1/012031). Then a sweep runs all chains
-/// of some tiles, none in others, and [`PATH_PER_SPHERE`](Self::PATH_PER_SPHERE) holds on average over some tens of sweeps. The
+/// of some tiles, none in others, and [`path_per_sphere`](Self::path_per_sphere) holds on average over some tens of sweeps. The
 /// outcome does not depend on the number of cores that share them.
 ///
 /// Chains hold global balance, not detailed balance; the proof is in `docs/event_chains.md`.
@@ -70,6 +74,7 @@ pub struct EventChains {
     /// None where it is tuned.
     length: Option<f64>,
     vertical_fraction: f64,
+    path_per_sphere: f64,
     field_event: FieldEvent,
     local_moves: Option<LocalMoves>,
 }
@@ -81,6 +86,7 @@ impl Default for EventChains {
         Self {
             length: None,
             vertical_fraction: 0.9,
+            path_per_sphere: Self::PATH_PER_SPHERE,
             field_event: FieldEvent::Relocate,
             local_moves: Some(LocalMoves::one(0.5)),
         }
@@ -88,8 +94,7 @@ impl Default for EventChains {
 }
 
 impl EventChains {
-    /// Path of all chains of a sweep, in diameters per sphere, on average over sweeps; less where
-    /// vertical chains would be stopped more than [`MOST_EVENTS`](Self::MOST_EVENTS) times on it.
+    /// [`path_per_sphere`](Self::path_per_sphere) unless it is set.
     pub const PATH_PER_SPHERE: f64 = 0.25;
     /// Collisions and field events of a sweep, per sphere, beyond which its chains have a shorter path: so a sweep takes
     /// a bounded time in any field. It is found out while equilibrating.
@@ -131,6 +136,21 @@ impl EventChains {
                 value: fraction,
                 requirement,
             })
+        }
+    }
+
+    /// Path of all chains of a sweep, in diameters per sphere, on average over sweeps; less where
+    /// vertical chains would be stopped more than [`MOST_EVENTS`](Self::MOST_EVENTS) times on it. With a shorter path local moves
+    /// get a larger part of the time.
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] below 1e-3 or above 1e3.
+    pub fn path_per_sphere(self, path: f64) -> Result<Self, Error> {
+        if (1e-3..=1e3).contains(&path) {
+            Ok(Self { path_per_sphere: path, ..self })
+        } else {
+            let requirement = "it must be at least 1e-3 and at most 1e3 diameters";
+            Err(Error::InvalidParameter { name: "path of event chains per sphere", value: path, requirement })
         }
     }
 
@@ -178,7 +198,7 @@ impl Engine {
     pub(super) fn new(chains: EventChains) -> Self {
         Self {
             chains,
-            length: Box::new(ChainLength::new(chains.length)),
+            length: Box::new(ChainLength::new(&chains)),
             bounds: ForceBounds::default(),
             advance: 0.0,
             tiles: Box::new(Tiles::new(Sizes::GOOD)),
@@ -186,7 +206,7 @@ impl Engine {
         }
     }
 
-    /// Chains whose lengths add up to at most [`EventChains::PATH_PER_SPHERE`] for every sphere, on average over
+    /// Chains whose lengths add up to at most [`EventChains::path_per_sphere`] for every sphere, on average over
     /// sweeps, and local moves.
     pub(super) fn sweep<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
         &mut self,
@@ -223,8 +243,8 @@ impl Engine {
         let share = self.chains.vertical_fraction;
         let vertical = share * lateral_length / (share * lateral_length + (1.0 - share) * vertical_length);
         // What one sweep uses too much, later ones use less. Lengths do not depend on the configuration,
-        // so neither does where a sweep ends.
-        self.advance -= self.length.path_per_sphere * particles as f64;
+        // so neither does where a sweep ends. What one that failed did not use is not made up for.
+        self.advance = self.advance.max(0.0) - self.length.path_per_sphere * particles as f64;
         while self.advance < 0.0 {
             let axis = if unit(sweep.generator) < vertical {
                 0
@@ -359,76 +379,6 @@ fn field_event(
         return Ok((chosen, chosen_force > 0.0));
     }
     Ok((chosen, chosen_force < 0.0))
-}
-
-/// Mean length of chains, and what it is tuned by.
-///
-/// A chain that is short against the path between two field events drags a few spheres to and fro; one
-/// that is long against it is as good as any longer one, since every field event starts afresh
-/// elsewhere (measured in `docs/event_chains.md`). So the length is a multiple of that path. Where events come so fast that
-/// a sweep would not end soon, the path of all its chains is a multiple of that between two of them.
-#[derive(Debug, Clone, Copy)]
-struct ChainLength {
-    fixed: Option<f64>,
-    tuned: f64,
-    /// Of all chains of a sweep.
-    path_per_sphere: f64,
-    /// Whether the forces of the start have been seen.
-    begun: bool,
-    /// Of vertical chains, while equilibrating.
-    path: f64,
-    field_events: u64,
-    /// Path and events of vertical chains in the last sweeps, older ones counting less.
-    recent: [f64; 2],
-}
-
-impl ChainLength {
-    const FIELD_EVENTS_PER_CHAIN: f64 = 10.0;
-    /// A chain that has not been tuned is stopped no more often than so.
-    const MOST_PER_CHAIN: f64 = 1000.0;
-    /// What a sweep counts less than the next, since a start relaxes.
-    const MEMORY: f64 = 0.7;
-
-    fn new(fixed: Option<f64>) -> Self {
-        let path_per_sphere = EventChains::PATH_PER_SPHERE;
-        Self {
-            fixed,
-            tuned: 100.0,
-            path_per_sphere,
-            begun: false,
-            path: 0.0,
-            field_events: 0,
-            recent: [0.0; 2],
-        }
-    }
-
-    /// Before the first chain, when all that is known is the mean magnitude of the force. Collisions come on top.
-    fn begin(&mut self, force: f64) {
-        self.begun = true;
-        self.tuned = self.tuned.min(Self::MOST_PER_CHAIN / force);
-        self.path_per_sphere = self.path_per_sphere.min(0.25 * EventChains::MOST_EVENTS / force);
-    }
-
-    fn mean(&self) -> f64 {
-        self.fixed.unwrap_or(self.tuned)
-    }
-
-    /// Sets the length from what the chains so far have met. It is at most the height of the slab: a chain
-    /// that a wall turns round undoes what it has done until the field stops it.
-    fn tune(&mut self, height: f64) {
-        let [path, events] = &mut self.recent;
-        if *events > 0.0 {
-            self.path_per_sphere =
-                EventChains::PATH_PER_SPHERE.min(EventChains::MOST_EVENTS * *path / *events);
-            (*path, *events) = (Self::MEMORY * *path, Self::MEMORY * *events);
-        }
-        if self.field_events > 0 {
-            let free_path = self.path / self.field_events as f64;
-            self.tuned = (Self::FIELD_EVENTS_PER_CHAIN * free_path).min(height);
-        } else {
-            self.tuned = self.tuned.min(height);
-        }
-    }
 }
 
 /// What ends a straight piece of a vertical chain.

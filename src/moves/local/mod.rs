@@ -233,18 +233,19 @@ impl Engine {
             // Slabs of the same color do not see each other: one sweeps them in any order, or at once.
             sweep_color(domains, color, particles, layers, &mut self.outcomes, &mut self.scratch, &visit);
         }
+        // What was done before an error, or elsewhere, was done.
         for outcome in &self.outcomes[..slabs] {
-            if let Some(height) = outcome.invalid {
-                let potential = drive.reduced_potential(scene, height);
-                return Err(Error::InvalidPotential { height, potential });
-            }
+            move_counts.trials += outcome.trials;
             move_counts.accepted += outcome.accepted;
             move_counts.left_domain += outcome.left_domain;
             if let Some(recorder) = &mut recorder {
                 outcome.moves.iter().for_each(|accepted| recorder.record_move(accepted));
             }
         }
-        move_counts.trials += particles as u64;
+        if let Some(height) = self.outcomes[..slabs].iter().find_map(|outcome| outcome.invalid) {
+            let potential = drive.reduced_potential(scene, height);
+            return Err(Error::InvalidPotential { height, potential });
+        }
         if let Some(tuning) = self.tuning.as_deref_mut().filter(|tuning| tuning.adapting()) {
             for (slab, outcome) in self.outcomes[..slabs].iter().enumerate() {
                 tuning.learn(slab, &outcome.moves);
@@ -252,6 +253,20 @@ impl Engine {
             tuning.finish();
         }
         Ok(())
+    }
+}
+
+#[cfg(feature = "checkpoint")]
+impl Engine {
+    /// See [`Persist`](crate::checkpoint::Persist).
+    pub(in crate::moves) fn persist(
+        &mut self,
+        archive: &mut crate::checkpoint::Archive<'_>,
+        grid: &crate::configuration::Grid,
+    ) -> Result<(), Error> {
+        archive.count("sweeps", &mut self.sweeps)?;
+        let Self { tuning, domains, .. } = self;
+        tuning.as_mut().map_or(Ok(()), |tuning| tuning.persist(archive, grid, domains))
     }
 }
 

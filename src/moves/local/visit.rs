@@ -24,6 +24,7 @@ fn again(pending: &mut u32, stale: u32) {
 /// What the trials of a slab came to.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Outcome {
+    pub(super) trials: u64,
     pub(super) accepted: u64,
     /// Rejected because they would leave their domain.
     pub(super) left_domain: u64,
@@ -35,7 +36,7 @@ pub(super) struct Outcome {
 
 impl Outcome {
     pub(super) fn clear(&mut self) {
-        (self.accepted, self.left_domain, self.invalid) = (0, 0, None);
+        (self.trials, self.accepted, self.left_domain, self.invalid) = (0, 0, 0, None);
         self.moves.clear();
     }
 }
@@ -163,7 +164,11 @@ impl Slice<'_> {
                 let height = site.position[0];
                 let exponent = log_acceptance(drive, scene, from_height, height);
                 if exponent.is_nan() {
-                    outcome.invalid = Some(height);
+                    let fails_at = |height: f64| !drive.reduced_potential(scene, height).is_finite();
+                    outcome.invalid = Some(if fails_at(from_height) { from_height } else { height });
+                    // Those after it were not tried.
+                    outcome.trials += number as u64 + 1;
+                    outcome.left_domain += u64::from((leaving & !(u32::MAX << number)).count_ones());
                     return;
                 }
                 if exponent < 0.0 {
@@ -197,6 +202,7 @@ impl Slice<'_> {
                     outcome.moves.push(AcceptedMove { from_height, displacement, chain_axis: None });
                 }
             }
+            outcome.trials += batch as u64;
             outcome.left_domain += u64::from(leaving.count_ones());
         }
     }

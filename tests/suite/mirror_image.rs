@@ -129,7 +129,7 @@ fn verdicts_and_profiles_of_runs() {
     }
 }
 
-/// A column of `spheres` over 5 x 5 under a lid at `height`, T = `temperature` exp(decay_rate (x - height)) and so `temperature` there, and
+/// A column of `spheres` over 5 x 5 under a lid at `height`, with `temperature` there, which varies at the rate `decay_rate`, and
 /// its mirror image.
 fn pair(height: f64, spheres: usize, temperature: f64, decay_rate: f64) -> [Column; 2] {
     let slab = Slab::new(height, 5.0, 5.0).unwrap();

@@ -299,7 +299,8 @@ impl Observer for EquationOfStateProfile {
         }
         let (counts, pressures) = self.sample.split_at_mut(self.bins.count());
         counts.fill(0.0);
-        weigh_column(frame, &self.bins, &mut self.weights, pressures, |bin| counts[bin] += 1.0);
+        let weight = |height: f64| frame.field().acceleration(height);
+        weigh_column(frame, &self.bins, weight, &mut self.weights, pressures, |bin| counts[bin] += 1.0);
         self.averages.push(&self.sample)?;
         Ok(())
     }

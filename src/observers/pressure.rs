@@ -121,27 +121,28 @@ impl Merge for PressureProfile {
 impl Observer for PressureProfile {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         self.run.admit(frame)?;
-        weigh_column(frame, &self.bins, &mut self.weights, &mut self.pressures, |_| {});
+        let weight = |height: f64| frame.field().acceleration(height);
+        weigh_column(frame, &self.bins, weight, &mut self.weights, &mut self.pressures, |_| {});
         self.averages.push(&self.pressures)?;
         Ok(())
     }
 }
 
 /// Sets `pressures` to the exact means over bins of the weight between a height and the open end (not yet divided by the
-/// area), using `weights` as scratch, and calls `count` with the bin of every sphere inside.
+/// area), where `weight` is that of a sphere by its height, using `weights` as scratch, and calls `count` with the bin of every sphere inside.
 pub(super) fn weigh_column(
     frame: &Frame<'_>,
     bins: &HeightBins,
+    weight: impl Fn(f64) -> f64,
     weights: &mut [f64],
     pressures: &mut [f64],
     mut count: impl FnMut(usize),
 ) {
     weights.fill(0.0);
     pressures.fill(0.0);
-    let field = frame.field();
     let (mut above, mut all) = (0.0, 0.0);
     for height in frame.heights() {
-        let weight = field.acceleration(height);
+        let weight = weight(height);
         all += weight;
         match bins.locate(height) {
             Place::Below => {}

@@ -380,6 +380,59 @@ pub enum Error {
         #[source]
         source: std::io::Error,
     },
+    /// A checkpoint is of another run, or of another observer, than what is to go on.
+    #[cfg(feature = "checkpoint")]
+    #[error("the checkpoint is of another run: {what} was {saved}, and is {given} here")]
+    #[non_exhaustive]
+    CheckpointMismatch {
+        /// What differs.
+        what: String,
+        /// What it is in the checkpoint.
+        saved: String,
+        /// What it is in the program that reads it.
+        given: String,
+    },
+    /// A checkpoint is not as it was written.
+    #[cfg(feature = "checkpoint")]
+    #[error("the checkpoint is damaged: {what}")]
+    #[non_exhaustive]
+    CheckpointDamaged {
+        /// What is wrong, or the name of the item that makes no sense.
+        what: String,
+    },
+    /// A checkpoint of another version of the format.
+    #[cfg(feature = "checkpoint")]
+    #[error(
+        "the checkpoint has format {found}, and this program reads format {known}: finish the run with that which wrote it"
+    )]
+    #[non_exhaustive]
+    CheckpointVersion {
+        /// Version of the file.
+        found: u32,
+        /// The version that can be read.
+        known: u32,
+    },
+    /// Two checkpoints to be pooled are of one seed, so of one run.
+    #[cfg(feature = "checkpoint")]
+    #[error("{} and {} are of the same seed {seed}: the one run would count twice", paths[0].display(), paths[1].display())]
+    #[non_exhaustive]
+    SameSeed {
+        /// The seed.
+        seed: u64,
+        /// Both files.
+        paths: [std::path::PathBuf; 2],
+    },
+    /// A file of a checkpoint cannot be written or read; the source says why.
+    #[cfg(feature = "checkpoint")]
+    #[error("{}", path.display())]
+    #[non_exhaustive]
+    CheckpointFile {
+        /// The file, or the folder.
+        path: std::path::PathBuf,
+        /// What the system said, or what is wrong with the file.
+        #[source]
+        source: Box<dyn std::error::Error + Send + Sync>,
+    },
     /// One of several replicas failed; its own error is the source.
     #[error("replica {replica}, of seed {seed}, failed: {source}")]
     Replica {

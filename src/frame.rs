@@ -8,6 +8,7 @@ use std::fmt;
 
 /// What part of a run a sweep belongs to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Phase {
     /// Before the measurement: a drive may adapt.
     Equilibration,
@@ -171,6 +172,7 @@ impl<'a> Frame<'a> {
 
 /// Counts of moves and what became of them, since the simulation was built.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct MoveCounts {
     /// Local moves tried.
@@ -214,3 +216,12 @@ impl MoveCounts {
         }
     }
 }
+
+persist!(MoveCounts {
+    count trials,
+    count accepted,
+    count left_domain,
+    count chains,
+    count events,
+    count incomplete_sweeps,
+});

@@ -27,7 +27,8 @@
 //!
 //! A simulation that is told nothing suits any temperature ([`drive::Automatic`]), starts at the
 //! theory profile, and moves by event chains with tuned local moves between them ([`moves`]). With
-//! the feature `rayon` sweeps share the threads of the pool they run in, with the same outcome.
+//! the feature `rayon` sweeps share the threads of the pool they run in, with the same outcome; with
+//! the feature `checkpoint` runs are stopped and go on as if they had not been.
 //!
 //! # What a version promises
 //! `nalgebra`'s [`Vector3`] and `rand_pcg`'s generator ([`Generator`]) are part of the public
@@ -57,7 +58,12 @@
     )
 )]
 
+#[macro_use]
+mod persist;
+
 mod centers;
+#[cfg(feature = "checkpoint")]
+pub mod checkpoint;
 mod configuration;
 mod diagnostics;
 pub mod drive;

@@ -183,6 +183,12 @@ impl<O> Every<O> {
     pub fn new(interval: u64, observer: O) -> Self {
         Self { interval: interval.max(1), observer }
     }
+
+    /// Sweeps from one that is observed to the next.
+    #[must_use]
+    pub fn interval(&self) -> u64 {
+        self.interval
+    }
 }
 
 impl<O: Observer> Observer for Every<O> {

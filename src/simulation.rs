@@ -1,6 +1,8 @@
 //! The simulation: a scene, its drive, a configuration and a generator.
 
 use crate::centers::Centers;
+#[cfg(feature = "checkpoint")]
+use crate::checkpoint::Identity;
 use crate::configuration::Configuration;
 use crate::diagnostics::{self, Case};
 use crate::drive::{Adaptation, Automatic, Certificate, Drive, Driven, ForceBalance, Scheme};
@@ -10,6 +12,7 @@ use crate::monitor::Monitor;
 use crate::moves::{Engine, Moves, Sweep, TunedDisplacements};
 use crate::observer::Observer;
 use crate::random::Generator;
+use crate::scene::AnyScene;
 use crate::start::{Start, Theory};
 use crate::{Error, Field, Scene, TemperatureProfile, Warning, temperature};
 use nalgebra::Vector3;
@@ -61,6 +64,8 @@ pub struct Simulation<F, T, S: Scheme<F, T> = Automatic> {
     monitor: Monitor,
     /// Where the temperature varies.
     balance: Option<Box<ForceBalance>>,
+    #[cfg(feature = "checkpoint")]
+    identity: Identity,
 }
 
 /// Collects the choices that make a [`Simulation`]: a scheme, a start, moves and a seed, in any
@@ -118,21 +123,39 @@ impl<F: Field, T: TemperatureProfile, S> SimulationBuilder<F, T, S> {
     where
         S: Scheme<F, T>,
     {
+        self.place(|scene, start, generator| {
+            let positions: Vec<[f64; 3]> =
+                start.place(scene, generator)?.into_iter().map(Into::into).collect();
+            if positions.len() != scene.particles() {
+                return Err(Error::WrongParticleCount {
+                    expected: scene.particles(),
+                    found: positions.len(),
+                });
+            }
+            Configuration::new(*scene.slab(), &positions)
+        })
+    }
+
+    /// Makes all but the configuration, which `spheres` makes.
+    fn place(
+        self,
+        spheres: impl FnOnce(&AnyScene<'_>, &dyn Start, &mut Generator) -> Result<Configuration, Error>,
+    ) -> Result<Simulation<F, T, S>, Error>
+    where
+        S: Scheme<F, T>,
+    {
         let Self { scene, scheme, start, moves, seed } = self;
         let moves = Moves::chosen(moves, scheme.depends_on_moves())?;
         moves.check(scene.slab())?;
         let (drive, adaptation) = scheme.drive(&scene)?;
         let mut generator = Generator::seed_from_u64(seed);
-        let positions: Vec<[f64; 3]> =
-            start.place(&scene.as_any(), &mut generator)?.into_iter().map(Into::into).collect();
-        if positions.len() != scene.particles() {
-            return Err(Error::WrongParticleCount { expected: scene.particles(), found: positions.len() });
-        }
-        let configuration = Configuration::new(*scene.slab(), &positions)?;
+        let configuration = spheres(&scene.as_any(), start.as_ref(), &mut generator)?;
         let engine = Engine::new(moves);
         let varies = temperature::constant(scene.temperature(), scene.slab()).is_none();
         let certifiable = !adaptation.follows_every_configuration();
         Ok(Simulation {
+            #[cfg(feature = "checkpoint")]
+            identity: Identity::new(&scene, &drive, &moves, seed),
             monitor: Monitor::new(scene.slab(), engine.has_only_local_moves()),
             balance: varies.then(|| Box::new(ForceBalance::new(&scene.as_any(), certifiable))),
             driven: Driven { scene, drive },
@@ -147,6 +170,9 @@ impl<F: Field, T: TemperatureProfile, S> SimulationBuilder<F, T, S> {
         })
     }
 }
+
+#[cfg(feature = "checkpoint")]
+mod saved;
 
 impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     /// Runs `sweeps` sweeps during which the drive may adapt, and shows each to `observer`; `&mut ()`
@@ -223,14 +249,14 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     ///
     /// | judged | raises |
     /// |---|---|
-    /// | the series of the center of mass: its drift, its beginning against what follows, and its variance against what equilibrium demands of it; the memory of the slowest of it and of numbers of spheres below and above some heights | [`TooShort`](Warning::TooShort), [`NotMixed`](Warning::NotMixed), [`NothingMoved`](Warning::NothingMoved) |
+    /// | the series of the center of mass: its drift, its beginning against what follows, and its variance against what equilibrium demands of it; the memory that it shares with the numbers of spheres below two heights, and that of the first layers | [`TooShort`](Warning::TooShort), [`NotMixed`](Warning::NotMixed), [`NothingMoved`](Warning::NothingMoved) |
     /// | its mean against [`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls), where that is good | [`FarFromTheory`](Warning::FarFromTheory), [`NoTheory`](Warning::NoTheory) |
     /// | every 128th sweep, if all moves are local | [`LowAcceptance`](Warning::LowAcceptance) |
     /// | the balance of forces and the field, where the temperature varies | [`FeedbackNotConverged`](Warning::FeedbackNotConverged), [`FieldOfTheory`](Warning::FieldOfTheory), [`CountingNoise`](Warning::CountingNoise), [`ChangesWhileMeasuring`](Warning::ChangesWhileMeasuring), [`SteepGradient`](Warning::SteepGradient), [`DensityJump`](Warning::DensityJump) |
     /// | density, and pressure as the weight of what lies above | [`Metastable`](Warning::Metastable), [`BoxIncommensurate`](Warning::BoxIncommensurate) |
     /// | the box | [`LidTooLow`](Warning::LidTooLow), [`NarrowBox`](Warning::NarrowBox) |
     ///
-    /// Fewer than 10 independent configurations of any of those are too few, as in the profiles.
+    /// Fewer than 2.5 independent configurations of the column or of what is near the base are too few, as in the profiles.
     /// It is worked out when asked for, in some milliseconds (a second or two where T changes by its own size within a
     /// diameter), since the theory of the scene is solved; what it needs of
     /// the run is noted every few sweeps, from the first of production on. Replicas are judged each by itself.
@@ -367,6 +393,8 @@ impl<F: Clone, T: Clone, S: Scheme<F, T, Drive: Clone, Adaptation: Clone>> Clone
             before_phase: self.before_phase,
             monitor: self.monitor.clone(),
             balance: self.balance.clone(),
+            #[cfg(feature = "checkpoint")]
+            identity: self.identity.clone(),
         }
     }
 }

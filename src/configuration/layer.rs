@@ -127,7 +127,7 @@ impl Layer {
 
     /// Enters a sphere into the pages.
     #[inline]
-    fn enter(&mut self, grid: &Grid, site: &Site, index: u32) {
+    pub(super) fn enter(&mut self, grid: &Grid, site: &Site, index: u32) {
         let occupant = self.occupant(index);
         let cell = site.cell as usize;
         let head = self.heads[cell];

@@ -11,6 +11,8 @@ mod layer;
 mod overlap;
 mod page;
 mod reach;
+#[cfg(feature = "checkpoint")]
+mod saved;
 
 pub(crate) use contact::Contact;
 pub(crate) use grid::{Grid, Site, Spot};
@@ -69,10 +71,7 @@ impl Configuration {
         const RESERVED: usize = 1 << 26;
         let grid = Grid::new(&slab);
         let layers = grid.cells[0];
-        // Close packing of centers in a layer and half a diameter on both sides.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let most = (slab.base_area() * (grid.sides[0] + 1.0) * std::f64::consts::SQRT_2) as usize;
-        let reserve = (RESERVED / (layers * 100)).clamp(2, most);
+        let reserve = (RESERVED / (layers * 100)).clamp(2, most_in_a_layer(&slab, &grid));
         let all = (0..layers + 2)
             .map(|index| {
                 let beyond = index == 0 || index == layers + 1;
@@ -276,6 +275,13 @@ impl Configuration {
             self.places[sphere] = Place { layer, index };
         }
     }
+}
+
+/// No layer has more spheres at any time: close packing of centers in it and half a diameter on both sides.
+fn most_in_a_layer(slab: &Slab, grid: &Grid) -> usize {
+    #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+    let most = (slab.base_area() * (grid.sides[0] + 1.0) * std::f64::consts::SQRT_2) as usize;
+    most
 }
 
 /// The layers before, at and after one of them.

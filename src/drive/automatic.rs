@@ -135,3 +135,13 @@ impl Adaptation<AutomaticDrive> for Option<Box<Iteration>> {
         }
     }
 }
+
+#[cfg(feature = "checkpoint")]
+impl crate::checkpoint::Persist for AutomaticDrive {
+    fn persist(&mut self, archive: &mut crate::checkpoint::Archive<'_>) -> Result<(), Error> {
+        match &mut self.0 {
+            Kind::Isothermal { temperature } => archive.same("temperature", temperature),
+            Kind::Mapped(potential) => archive.part("potential", potential),
+        }
+    }
+}

@@ -217,6 +217,7 @@ fn mean_over_jump(
 /// The mean over the spheres of a weight that is orthogonal to z, z² and z³ in that range, z being the distance from
 /// contact: exact for a cubic n(z), within 0.4 % for the steepest that a fluid has (e^{−8z}).
 #[derive(Debug, Clone, Copy, Default)]
+#[cfg_attr(feature = "checkpoint", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct WallContact {
     weights: f64,
     seen: f64,
@@ -250,6 +251,16 @@ impl WallContact {
         self.seen
     }
 }
+
+persist!(ColumnAverage {
+    same division,
+    same open_end,
+    count configurations,
+    slice counts,
+    slice weights,
+    value contact,
+});
+persist!(Prior { same open_end_pressure, same weight });
 
 #[cfg(test)]
 mod tests {

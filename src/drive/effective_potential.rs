@@ -213,6 +213,19 @@ impl<F: Field, T> Drive<F, T> for EffectivePotential {
     }
 }
 
+persist!(
+    EffectivePotential {
+        same reference,
+        same lowest,
+        same width,
+        same open_end,
+        value open_end_pressure,
+        slice correction,
+        count generation,
+    },
+    |potential| potential.correction.iter().all(|value| value.is_finite())
+);
+
 #[cfg(test)]
 mod tests {
     use super::*;

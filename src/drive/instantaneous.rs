@@ -111,3 +111,6 @@ impl Adaptation<EffectivePotential> for EverySweep {
         counting_noise::warning(scene, potential.bin_width()).ok().flatten().into_iter().collect()
     }
 }
+
+// Counted anew after every sweep.
+persist!(EverySweep { part histogram });

@@ -10,6 +10,7 @@ use std::fmt;
 /// wall, of which the theory knows nothing, and for the bulk, where it is good to some 0.2 %. It says nothing of errors:
 /// those are in the residual of a [`Certificate`](super::Certificate). Where there is no bulk, both are the same.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MeasuredShare {
     /// More than four diameters from both walls, 0 to 1.
     pub bulk: f64,

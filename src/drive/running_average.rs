@@ -164,3 +164,5 @@ impl Adaptation<EffectivePotential> for Averaging {
         self.measured.warning().into_iter().collect()
     }
 }
+
+persist!(Averaging { part prior, same freezes, part average, value measured, count sweeps, value phase });

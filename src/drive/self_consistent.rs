@@ -235,3 +235,23 @@ impl Adaptation<EffectivePotential> for Iteration {
         self.measured.warning().into_iter().collect()
     }
 }
+
+persist!(
+    Iteration {
+        part prior,
+        same end_gain,
+        value open_end_pressure,
+        value measured,
+        value steps,
+        part average,
+        count configurations_in_force,
+        value centers,
+        count sweeps,
+        value step,
+        value adapting,
+    },
+    |iteration| {
+        let [begin, end] = iteration.step;
+        begin <= iteration.sweeps && begin < end && end <= 1 << 53 && iteration.steps < u32::MAX
+    }
+);

@@ -114,6 +114,21 @@ impl Engine {
         }
     }
 
+    /// See [`Persist`](crate::checkpoint::Persist); `grid` is that of the configuration.
+    #[cfg(feature = "checkpoint")]
+    pub(crate) fn persist(
+        &mut self,
+        archive: &mut crate::checkpoint::Archive<'_>,
+        grid: &crate::configuration::Grid,
+    ) -> Result<(), Error> {
+        match self {
+            Self::Local(moves) => archive.within("local moves", |archive| moves.persist(archive, grid)),
+            Self::EventChains(chains) => {
+                archive.within("event chains", |archive| chains.persist(archive, grid))
+            }
+        }
+    }
+
     /// Whether no event chains are among the moves.
     pub(crate) fn has_only_local_moves(&self) -> bool {
         matches!(self, Self::Local(_))

@@ -21,6 +21,7 @@ pub struct CenterOfMass {
 
 /// One run.
 #[derive(Debug, Clone, Default)]
+#[cfg_attr(feature = "checkpoint", derive(serde::Serialize, serde::Deserialize))]
 struct Series {
     sweeps: Vec<u64>,
     heights: Vec<f64>,
@@ -217,6 +218,11 @@ impl Observer for CenterOfMass {
         Ok(())
     }
 }
+
+persist!(CenterOfMass { part run, value series, value replicas }, |observed| {
+    let mut all = [&observed.series].into_iter().chain(&observed.replicas);
+    all.all(|series| series.sweeps.len() == series.heights.len())
+});
 
 #[cfg(test)]
 mod tests {

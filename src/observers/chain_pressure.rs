@@ -224,3 +224,17 @@ impl Recorder for ChainPressureProfile {
         false
     }
 }
+
+persist!(
+    ChainPressureProfile {
+        part run,
+        same bins,
+        value temperatures,
+        slice collisions,
+        value paths,
+        value particles,
+        count incomplete,
+        part averages,
+    },
+    |profile| profile.temperatures.is_empty() || profile.temperatures.len() == profile.stretches.count()
+);

@@ -151,6 +151,11 @@ impl Recorder for DisplacementProfile {
     }
 }
 
+persist!(
+    DisplacementProfile { part run, same bins, slice sample, count recorded, value start, part averages },
+    |profile| profile.start.is_none_or(|(sweep, _)| profile.run.is_past(sweep))
+);
+
 #[cfg(test)]
 mod tests {
     use super::super::test_frame::Scene;

@@ -122,13 +122,14 @@ impl EquationOfStateProfile {
     }
 
     /// A function of the averages of all bins and the pressure at the open end, with errors by the jackknife and, to first
-    /// order, by that of this pressure.
+    /// order, by that of this pressure; rows as of [`BlockAverages::jackknife_of_rows`].
     fn estimates<R: AsRef<[f64]>>(
         &self,
+        reaches: &[usize],
         mut function: impl FnMut(&[f64], f64) -> R,
     ) -> Result<Vec<Estimate>, Error> {
         let end = self.open_end.pressure();
-        let mut estimates = self.averages.jackknife(|means| function(means, end.mean))?;
+        let mut estimates = self.averages.jackknife_of_rows(reaches, |means| function(means, end.mean))?;
         if end.standard_error > 0.0 {
             let means = self.averages.mean();
             let low = function(&means, end.mean - end.standard_error);
@@ -146,7 +147,7 @@ impl EquationOfStateProfile {
     /// # Errors
     /// [`Error::TooFewObservations`] below 16 frames.
     pub fn points(&self) -> Result<Vec<EquationOfStatePoint>, Error> {
-        let errors = self.averages.standard_errors()?;
+        let errors = self.averages.standard_errors_of_rows(&[super::ALIKE_COUNTS, super::ALIKE_WEIGHTS])?;
         let means = self.averages.mean();
         let factors = self.ratios(|_, density, pressure, temperature| pressure / (density * temperature))?;
         let rows = self.bins.centers().zip(&self.temperatures).zip(factors).enumerate();
@@ -192,7 +193,7 @@ impl EquationOfStateProfile {
             pressure / (density * temperature * equation_of_state.compressibility_factor(packing_fraction))
                 - 1.0
         })?;
-        let errors = self.averages.standard_errors()?;
+        let errors = self.averages.standard_errors_of_rows(&[super::ALIKE_COUNTS, super::ALIKE_WEIGHTS])?;
         let means = self.averages.mean();
         let points = self.bins.centers().zip(deviations).enumerate().map(|(bin, (height, deviation))| {
             let density = Estimate::new(self.state(&means, 0.0, bin).0, errors[bin] / self.bins.volume());
@@ -203,7 +204,7 @@ impl EquationOfStateProfile {
 
     /// What speaks against single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base up
     /// to where 1 % of the spheres seen is left. Above that, and in a vacuum, bins are empty by right.
-    /// [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than 10 independent
+    /// [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than 2.5 independent
     /// configurations, as a run is judged; [`Warning::ReplicasDisagree`] where merged replicas do. [`Warning::WideBins`] where the
     /// density changes too much within one. [`Warning::LidTooLow`] if the wall at the open end bears a part of the largest pressure, and
     /// nobody has set how much.
@@ -245,7 +246,7 @@ impl EquationOfStateProfile {
         mut function: impl FnMut(&[BinState]) -> R,
     ) -> Result<Vec<Estimate>, Error> {
         let mut states = Vec::with_capacity(self.bins.count());
-        self.estimates(|means, end| {
+        self.estimates(&[], |means, end| {
             states.clear();
             let rows = self.bins.centers().zip(&self.temperatures).enumerate();
             states.extend(rows.map(|(bin, (height, &temperature))| {
@@ -286,7 +287,7 @@ impl EquationOfStateProfile {
     /// A function of packing fraction, density, pressure and temperature for every bin, with its error;
     /// NaN where there never was a sphere.
     fn ratios(&self, function: impl Fn(f64, f64, f64, f64) -> f64) -> Result<Vec<Estimate>, Error> {
-        self.estimates(|means, end| {
+        self.estimates(&[super::ALIKE_COUNTS], |means, end| {
             let states = self.temperatures.iter().enumerate().map(|(bin, &temperature)| {
                 let (density, pressure) = self.state(means, end, bin);
                 // Counts are whole numbers: without the only block that saw a sphere this is exactly zero.
@@ -325,12 +326,19 @@ impl Observer for EquationOfStateProfile {
         }
         let (counts, pressures) = self.sample.split_at_mut(self.bins.count());
         counts.fill(0.0);
-        let contact = weigh_column(frame, &self.bins, &mut self.weights, pressures, |bin| counts[bin] += 1.0);
+        let weight = |height: f64| frame.field().acceleration(height);
+        let count = |bin: usize| counts[bin] += 1.0;
+        let contact = weigh_column(frame, &self.bins, weight, &mut self.weights, pressures, count);
         self.averages.push(&self.sample)?;
         self.open_end.add(frame, contact);
         Ok(())
     }
 }
+
+persist!(
+    EquationOfStateProfile { part run, same bins, part open_end, value temperatures, part averages },
+    |profile| profile.temperatures.is_empty() || profile.temperatures.len() == profile.bins.count()
+);
 
 #[cfg(test)]
 mod tests {

@@ -113,6 +113,8 @@ impl Observer for HexaticOrder {
     }
 }
 
+persist!(HexaticOrder { part run, same heights, part neighbors, part averages });
+
 #[cfg(test)]
 mod tests {
     use super::super::test_frame::hexagonal_layer;

@@ -167,6 +167,8 @@ impl Observer for NeighborAngles {
     }
 }
 
+persist!(NeighborAngles { part run, same heights, part neighbors, same bins, part averages });
+
 #[cfg(test)]
 mod tests {
     use super::super::test_frame::{Scene, hexagonal_layer};

@@ -213,6 +213,8 @@ fn adjacent(cell: usize, count: usize) -> impl Iterator<Item = usize> {
     (0..count.min(3)).map(move |offset| (cell + count + offset - 1) % count)
 }
 
+persist!(Neighbors { same slab, same radius });
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -17,8 +17,9 @@ pub(super) struct OneRun {
 
 /// What is compared of a scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "checkpoint", derive(serde::Serialize, serde::Deserialize))]
 struct Seen {
-    slab: Slab,
+    extents: [f64; 3],
     particles: usize,
     potentials: [f64; PROBES],
     temperatures: [f64; PROBES],
@@ -33,7 +34,7 @@ impl Seen {
             lowest + (highest - lowest) * (probe as f64 * 0.618_033_988_749_895).fract()
         });
         Self {
-            slab,
+            extents: extents(&slab),
             particles: frame.particles(),
             potentials: heights.map(|height| frame.field().potential(height)),
             temperatures: heights.map(|height| frame.temperature().temperature(height)),
@@ -46,8 +47,7 @@ impl Seen {
         let of = |name: &'static str, mine: [f64; PROBES], others: [f64; PROBES]| {
             mine.into_iter().zip(others).map(move |(mine, other)| (name, mine, other))
         };
-        lengths(&self.slab, &other.slab)
-            .into_iter()
+        lengths(self.extents, other.extents)
             .chain([particles])
             .chain(of("potential of the field", self.potentials, other.potentials))
             .chain(of("temperature", self.temperatures, other.temperatures))
@@ -55,13 +55,14 @@ impl Seen {
     }
 }
 
-fn lengths(mine: &Slab, other: &Slab) -> [(&'static str, f64, f64); 3] {
-    let [[my_y, my_z], [y, z]] = [mine, other].map(Slab::widths);
-    [
-        ("height of the slab", mine.height(), other.height()),
-        ("width along y", my_y, y),
-        ("width along z", my_z, z),
-    ]
+fn extents(slab: &Slab) -> [f64; 3] {
+    let [width_y, width_z] = slab.widths();
+    [slab.height(), width_y, width_z]
+}
+
+fn lengths(mine: [f64; 3], other: [f64; 3]) -> impl Iterator<Item = (&'static str, f64, f64)> {
+    let names = ["height of the slab", "width along y", "width along z"];
+    names.into_iter().zip(mine.into_iter().zip(other)).map(|(name, (mine, other))| (name, mine, other))
 }
 
 fn differs((_, mine, other): &(&'static str, f64, f64)) -> bool {
@@ -79,7 +80,7 @@ impl OneRun {
     /// # Errors
     /// [`Error::AnotherRun`]; what was noted before stays.
     pub(super) fn admit(&mut self, frame: &Frame<'_>) -> Result<(), Error> {
-        let other_slab = || lengths(self.slab.as_ref()?, frame.slab()).into_iter().find(differs);
+        let other_slab = || lengths(extents(self.slab.as_ref()?), extents(frame.slab())).find(differs);
         let shown = Seen::of(frame);
         let other_scene = || self.scene?.difference(&shown);
         let earlier = || {
@@ -91,6 +92,12 @@ impl OneRun {
         }
         (self.scene, self.last_sweep) = (Some(shown), Some(frame.sweep()));
         Ok(())
+    }
+
+    /// Whether the last frame was of this sweep or of a later one.
+    #[cfg(feature = "checkpoint")]
+    pub(super) fn is_past(&self, sweep: u64) -> bool {
+        self.last_sweep.is_some_and(|last| sweep <= last)
     }
 
     /// Fails unless another observer has looked at the same scene, or one of them at nothing.
@@ -109,6 +116,8 @@ impl OneRun {
         self.scene = self.scene.or(other.scene);
     }
 }
+
+persist!(OneRun { same slab, value scene, value last_sweep });
 
 #[cfg(test)]
 mod tests {

@@ -110,8 +110,10 @@ impl PressureProfile {
     /// [`Error::TooFewObservations`] below 16 frames.
     pub fn points(&self) -> Result<Vec<PressurePoint>, Error> {
         let area = self.bins.base_area();
-        let points = self.bins.centers().zip(self.averages.estimates()?).map(|(height, weight)| {
-            PressurePoint { height, pressure: (weight / area).plus_independent(self.open_end.pressure()) }
+        let weights = self.averages.estimates_of_rows(&[super::ALIKE_WEIGHTS])?;
+        let points = self.bins.centers().zip(weights).map(|(height, weight)| PressurePoint {
+            height,
+            pressure: (weight / area).plus_independent(self.open_end.pressure()),
         });
         Ok(points.collect())
     }
@@ -132,7 +134,8 @@ impl Merge for PressureProfile {
 impl Observer for PressureProfile {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         self.run.admit(frame)?;
-        let contact = weigh_column(frame, &self.bins, &mut self.weights, &mut self.pressures, |_| {});
+        let weight = |height: f64| frame.field().acceleration(height);
+        let contact = weigh_column(frame, &self.bins, weight, &mut self.weights, &mut self.pressures, |_| {});
         self.averages.push(&self.pressures)?;
         self.open_end.add(frame, contact);
         Ok(())
@@ -190,23 +193,23 @@ impl OpenEnd {
 }
 
 /// Sets `pressures` to the exact means over bins of the weight between a height and the open end (not yet divided by the
-/// area), using `weights` as scratch, and calls `count` with the bin of every sphere inside. Returns T n(contact) at the open end
-/// times the area.
+/// area), where `weight` is that of a sphere by its height, using `weights` as scratch, and calls `count` with the bin of every
+/// sphere inside. Returns T n(contact) at the open end times the area.
 pub(super) fn weigh_column(
     frame: &Frame<'_>,
     bins: &HeightBins,
+    weight: impl Fn(f64) -> f64,
     weights: &mut [f64],
     pressures: &mut [f64],
     mut count: impl FnMut(usize),
 ) -> f64 {
     weights.fill(0.0);
     pressures.fill(0.0);
-    let field = frame.field();
     let (mut above, mut all) = (0.0, 0.0);
     let end = frame.scene().open_end().contact_height(frame.slab());
     let mut contact = WallContact::default();
     for height in frame.heights() {
-        let weight = field.acceleration(height);
+        let weight = weight(height);
         all += weight;
         contact.add((end - height).abs());
         match bins.locate(height) {
@@ -228,6 +231,10 @@ pub(super) fn weigh_column(
     }
     contact.density_times_area() * frame.temperature().temperature(end)
 }
+
+persist!(PressureProfile { part run, same bins, part open_end, part averages });
+
+persist!(OpenEnd { value pressure, value height, value contacts });
 
 #[cfg(test)]
 mod tests {

@@ -169,6 +169,8 @@ pub(super) fn in_the_plane(frame: &Frame<'_>, heights: &HeightBins) -> impl Iter
     frame.positions().filter(inside).map(|position| Vector3::new(0.0, position.y, position.z))
 }
 
+persist!(RadialDistribution { part run, same heights, part neighbors, same bins, part averages });
+
 #[cfg(test)]
 mod tests {
     use super::super::test_frame::{Scene, hexagonal_layer};

@@ -190,6 +190,8 @@ impl Observer for StructureProfile {
     }
 }
 
+persist!(StructureProfile { part run, same bins, part averages });
+
 #[cfg(test)]
 mod tests {
     use super::super::test_frame::Scene;

@@ -205,3 +205,13 @@ impl Recorder for WallPressure {
         }
     }
 }
+
+persist!(WallPressure {
+    part run,
+    same open_end,
+    same near,
+    value transferred,
+    value path,
+    count incomplete,
+    part averages,
+});

@@ -30,6 +30,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// assert_eq!(rise.to_string(), "0.050(50)");
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Estimate {
     /// The estimated value.

@@ -252,3 +252,21 @@ fn touching_rows_pass_the_motion_on_at_once() {
     // A stack between the walls.
     check_all([4.0, 3.0, 3.0], &[[0.5, 1.0, 1.0], [1.5, 1.0, 1.0], [2.5, 1.0, 1.0], [3.5, 1.0, 1.0]]);
 }
+
+/// Whatever the order in memory, which depends on what the two did before.
+#[test]
+fn of_two_that_are_touched_at_once_the_number_decides() {
+    let slab = Slab::new(10.0, 5.0, 5.0).unwrap();
+    // Both in one cell, and as far to the one side as to the other.
+    let positions = [[0.5, 1.8125, 2.0], [2.0, 1.25, 2.0], [2.0, 2.375, 2.0]];
+    let mut configuration = Configuration::new(slab, &positions).unwrap();
+    for _ in 0..2 {
+        assert_eq!(configuration.first_contact(0, 0, true, 8.0).unwrap().sphere, 1);
+        for sphere in [1, 2] {
+            configuration.relocate(sphere, [8.0, positions[sphere][1], 2.0]);
+        }
+        for sphere in [2, 1] {
+            configuration.relocate(sphere, positions[sphere]);
+        }
+    }
+}

@@ -3,6 +3,9 @@
 mod constraints;
 mod cut;
 mod force_bound;
+mod length;
+#[cfg(feature = "checkpoint")]
+mod saved;
 mod stall_guard;
 mod tiles;
 mod visit;
@@ -16,6 +19,7 @@ use crate::random::{Generator, exponential, index, unit};
 use crate::{Error, Field, Slab, TemperatureProfile};
 use cut::Sizes;
 use force_bound::ForceBounds;
+use length::ChainLength;
 use nalgebra::Vector3;
 use stall_guard::StallGuard;
 use tiles::Tiles;
@@ -377,78 +381,6 @@ fn field_event(
         return Ok((chosen, chosen_force > 0.0));
     }
     Ok((chosen, chosen_force < 0.0))
-}
-
-/// Mean length of chains, and what it is tuned by.
-///
-/// A chain that is short against the path between two field events drags a few spheres to and fro; one
-/// that is long against it is as good as any longer one, since every field event starts afresh
-/// elsewhere (measured in `docs/event_chains.md`). So the length is a multiple of that path. Where events come so fast that
-/// a sweep would not end soon, the path of all its chains is a multiple of that between two of them.
-#[derive(Debug, Clone, Copy)]
-struct ChainLength {
-    fixed: Option<f64>,
-    tuned: f64,
-    /// Of all chains of a sweep: what is wanted, and what it is.
-    wanted_path_per_sphere: f64,
-    path_per_sphere: f64,
-    /// Whether the forces of the start have been seen.
-    begun: bool,
-    /// Of vertical chains, while equilibrating.
-    path: f64,
-    field_events: u64,
-    /// Path and events of vertical chains in the last sweeps, older ones counting less.
-    recent: [f64; 2],
-}
-
-impl ChainLength {
-    const FIELD_EVENTS_PER_CHAIN: f64 = 10.0;
-    /// A chain that has not been tuned is stopped no more often than so.
-    const MOST_PER_CHAIN: f64 = 1000.0;
-    /// What a sweep counts less than the next, since a start relaxes.
-    const MEMORY: f64 = 0.7;
-
-    fn new(chains: &EventChains) -> Self {
-        let path_per_sphere = chains.path_per_sphere;
-        Self {
-            fixed: chains.length,
-            wanted_path_per_sphere: path_per_sphere,
-            tuned: 100.0,
-            path_per_sphere,
-            begun: false,
-            path: 0.0,
-            field_events: 0,
-            recent: [0.0; 2],
-        }
-    }
-
-    /// Before the first chain, when all that is known is the mean magnitude of the force. Collisions come on top.
-    fn begin(&mut self, force: f64) {
-        self.begun = true;
-        self.tuned = self.tuned.min(Self::MOST_PER_CHAIN / force);
-        self.path_per_sphere = self.path_per_sphere.min(0.25 * EventChains::MOST_EVENTS / force);
-    }
-
-    fn mean(&self) -> f64 {
-        self.fixed.unwrap_or(self.tuned)
-    }
-
-    /// Sets the length from what the chains so far have met. It is at most the height of the slab: a chain
-    /// that a wall turns round undoes what it has done until the field stops it.
-    fn tune(&mut self, height: f64) {
-        let [path, events] = &mut self.recent;
-        if *events > 0.0 {
-            self.path_per_sphere =
-                self.wanted_path_per_sphere.min(EventChains::MOST_EVENTS * *path / *events);
-            (*path, *events) = (Self::MEMORY * *path, Self::MEMORY * *events);
-        }
-        if self.field_events > 0 {
-            let free_path = self.path / self.field_events as f64;
-            self.tuned = (Self::FIELD_EVENTS_PER_CHAIN * free_path).min(height);
-        } else {
-            self.tuned = self.tuned.min(height);
-        }
-    }
 }
 
 /// What ends a straight piece of a vertical chain.

@@ -57,6 +57,12 @@ impl Tiles {
         }
     }
 
+    /// What chains along each axis are behind with: all that is kept from one sweep to the next.
+    #[cfg(feature = "checkpoint")]
+    pub(super) fn owed_mut(&mut self) -> &mut [f64; 3] {
+        &mut self.owed
+    }
+
     /// Whether a system is wide enough.
     pub(super) fn suit(&self, slab: &Slab, particles: usize) -> bool {
         Cut::new(0, slab, particles, &self.sizes).tiles() >= self.sizes.tiles

@@ -256,6 +256,20 @@ impl Engine {
     }
 }
 
+#[cfg(feature = "checkpoint")]
+impl Engine {
+    /// See [`Persist`](crate::checkpoint::Persist).
+    pub(in crate::moves) fn persist(
+        &mut self,
+        archive: &mut crate::checkpoint::Archive<'_>,
+        grid: &crate::configuration::Grid,
+    ) -> Result<(), Error> {
+        archive.count("sweeps", &mut self.sweeps)?;
+        let Self { tuning, domains, .. } = self;
+        tuning.as_mut().map_or(Ok(()), |tuning| tuning.persist(archive, grid, domains))
+    }
+}
+
 /// The layers of a slab, and those before and after it, out of all and the two beyond the walls.
 fn layers_of(domains: &Domains, slab: usize) -> std::ops::Range<usize> {
     let [first, end] = domains.slab(slab);

@@ -14,6 +14,7 @@ const MOST: usize = 16;
 
 /// What became of trials of one size that started in one band.
 #[derive(Debug, Clone, Copy, Default)]
+#[cfg_attr(feature = "checkpoint", derive(serde::Serialize, serde::Deserialize))]
 struct Count {
     trials: f64,
     /// Of squares of accepted displacements along x.
@@ -24,6 +25,7 @@ struct Count {
 
 /// Sums of values and of their squares.
 #[derive(Debug, Clone, Copy, Default)]
+#[cfg_attr(feature = "checkpoint", derive(serde::Serialize, serde::Deserialize))]
 struct Sums {
     values: f64,
     squares: f64,
@@ -313,6 +315,36 @@ impl TunedDisplacements {
                 (self.plan.long, self.plan.share_of_long) = (Some(long), share);
             }
         }
+    }
+}
+
+#[cfg(feature = "checkpoint")]
+impl TunedDisplacements {
+    /// See [`Persist`](crate::checkpoint::Persist). What follows from the `grid` is made anew.
+    pub(super) fn persist(
+        &mut self,
+        archive: &mut crate::checkpoint::Archive<'_>,
+        grid: &Grid,
+        domains: &Domains,
+    ) -> Result<(), crate::Error> {
+        let mut begun = !self.ladder.is_empty();
+        archive.value("begun", &mut begun)?;
+        if !begun {
+            return Ok(());
+        }
+        if archive.is_reading() {
+            self.prepare(grid, domains);
+        }
+        archive.slice("counts", self.counts.as_flattened_mut())?;
+        archive.slice("short", &mut self.plan.short)?;
+        archive.value("long", &mut self.plan.long)?;
+        archive.value("share of long", &mut self.plan.share_of_long)?;
+        archive.value("adapting", &mut self.adapting)?;
+        archive.count("sweeps", &mut self.sweeps)?;
+        archive.count("next update", &mut self.next_update)?;
+        let rungs = self.ladder.len();
+        archive.check(self.plan.short.iter().flatten().all(|&rung| rung < SHORT))?;
+        archive.check(self.plan.long.is_none_or(|rung| (SHORT..rungs).contains(&rung)))
     }
 }
 

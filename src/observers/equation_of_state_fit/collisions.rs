@@ -137,3 +137,5 @@ impl<'a> Means<'a> {
         equations.solve()
     }
 }
+
+persist!(Collisions { same bins, value frames, slice counts, slice sums });

@@ -1,7 +1,9 @@
-//! A field, a temperature profile, an equation of state and an observer of one's own.
+//! A field, a temperature profile, an equation of state, an observer and an adaptation of one's own.
 //!
 //! Each is used in a small scene whose answer is known; `cargo run` prints what it found and fails if
 //! anything is off.
+
+mod interrupted;
 
 use gradient_mc::drive::{Drive, EquationOfStateClosure, SelfConsistent};
 use gradient_mc::moves::LocalMoves;
@@ -156,6 +158,10 @@ fn main() -> Result<ExitCode, Error> {
     println!("own observer: failed as it should: {own:?}");
     all_hold &= own.is_some_and(|too_high| too_high.height > too_high.limit);
     simulation.run(10, &mut ())?;
+
+    // A checkpoint keeps an observer and an adaptation of one's own, to the last bit.
+    let [whole, interrupted] = interrupted::mean_heights()?;
+    all_hold &= check("own adaptation: mean height in an interrupted run", interrupted, whole, 0.0);
 
     Ok(if all_hold { ExitCode::SUCCESS } else { ExitCode::FAILURE })
 }

@@ -1,0 +1,305 @@
+//! A long run in one call.
+
+use super::file::beside;
+use super::{Persist, Snapshot};
+use crate::drive::Scheme;
+use crate::frame::Phase;
+use crate::{Error, Field, Observer, Simulation, SimulationBuilder, TemperatureProfile};
+use std::fmt;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+/// A long run in one call: it equilibrates, measures, writes a checkpoint every few minutes, ends when it is told to, and
+/// goes on where it was when the same call is made again.
+///
+/// The outcome is the same to the last bit however often it was interrupted. More is measured if the same call is made
+/// with more sweeps of production.
+///
+/// ```
+/// use gradient_mc::checkpoint::Run;
+/// use gradient_mc::observers::CenterOfMass;
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 36, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let path = std::env::temp_dir().join(format!("gradient-mc-run-{}", std::process::id()));
+/// # let paths = [path.clone(), path.with_extension("previous")];
+/// let mut center_of_mass = CenterOfMass::new();
+/// // Until the height of the center of mass is known to 0.1 diameters.
+/// let run = Run::new(&path, 200, 100_000)
+///     .until(|observer: &CenterOfMass| observer.estimate().is_ok_and(|height| height.standard_error < 0.1));
+/// let (simulation, ended) = run.of(Simulation::builder(scene).seed(1), &mut center_of_mass)?;
+/// println!("{ended}: {}", center_of_mass.estimate()?);
+/// assert!(ended.is_finished() && simulation.sweep() < 100_000);
+/// # for path in paths { std::fs::remove_file(path).ok(); }
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
+pub struct Run<'a, O> {
+    path: PathBuf,
+    equilibration: u64,
+    production: u64,
+    between_checkpoints: Duration,
+    limit: Option<Duration>,
+    stop: Option<&'a AtomicBool>,
+    reached: Option<Reached<'a, O>>,
+    progress: Option<Show<'a>>,
+}
+
+type Reached<'a, O> = Box<dyn Fn(&O) -> bool + 'a>;
+type Show<'a> = Box<dyn FnMut(&Progress<'_>) + 'a>;
+
+/// How far a run is.
+#[derive(Debug, Clone, Copy)]
+#[non_exhaustive]
+pub struct Progress<'a> {
+    /// The part of the run.
+    pub phase: Phase,
+    /// Sweeps done, those before an interruption included.
+    pub sweep: u64,
+    /// Sweeps that there are at most.
+    pub sweeps: u64,
+    /// Sweep at which this call began.
+    pub began: u64,
+    /// Since this call began.
+    pub elapsed: Duration,
+    /// Why the last checkpoint could not be written, if it could not: the run goes on, and tries again.
+    pub unsaved: Option<&'a Error>,
+}
+
+/// How a [`Run`] ended. What it prints says how to go on.
+#[derive(Debug, Clone, PartialEq, Eq)]
+#[non_exhaustive]
+pub struct Ended {
+    /// Why.
+    pub reason: Reason,
+    /// Sweeps done, those before an interruption included.
+    pub sweep: u64,
+    /// Sweeps that there are at most.
+    pub sweeps: u64,
+    /// The checkpoint.
+    pub path: PathBuf,
+}
+
+/// Why a [`Run`] ended.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Reason {
+    /// All sweeps are done.
+    Complete,
+    /// What was asked for by [`Run::until`] is reached.
+    TargetReached,
+    /// Its time was over.
+    TimeLimit,
+    /// It was told to stop.
+    Stopped,
+}
+
+impl Ended {
+    /// Whether nothing is left to be done.
+    #[must_use]
+    pub fn is_finished(&self) -> bool {
+        matches!(self.reason, Reason::Complete | Reason::TargetReached)
+    }
+}
+
+impl fmt::Display for Ended {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { reason, sweep, sweeps, path } = self;
+        let reason = match reason {
+            Reason::Complete => return write!(formatter, "complete after {sweep} sweeps"),
+            Reason::TargetReached => {
+                return write!(formatter, "reached what was asked for after {sweep} sweeps");
+            }
+            Reason::TimeLimit => "out of time",
+            Reason::Stopped => "stopped",
+        };
+        let path = path.display();
+        write!(formatter, "{reason} after {sweep} of {sweeps} sweeps; the same command goes on from {path}")
+    }
+}
+
+impl<O> fmt::Debug for Run<'_, O> {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("Run")
+            .field("path", &self.path)
+            .field("equilibration", &self.equilibration)
+            .field("production", &self.production)
+            .field("between_checkpoints", &self.between_checkpoints)
+            .field("time_limit", &self.limit)
+            .finish_non_exhaustive()
+    }
+}
+
+impl<'a, O> Run<'a, O> {
+    /// A run of so many sweeps of `equilibration` and of `production`, with its checkpoint at `path`, in a folder that is
+    /// made if there is none.
+    #[must_use]
+    pub fn new(path: impl AsRef<Path>, equilibration: u64, production: u64) -> Self {
+        Self {
+            path: path.as_ref().into(),
+            equilibration,
+            production,
+            between_checkpoints: Duration::from_secs(600),
+            limit: None,
+            stop: None,
+            reached: None,
+            progress: None,
+        }
+    }
+
+    /// Time between checkpoints; ten minutes by default. One more is written at the beginning and at the end.
+    #[must_use]
+    pub fn checkpoint_every(self, interval: Duration) -> Self {
+        Self { between_checkpoints: interval, ..self }
+    }
+
+    /// Ends after the sweep in which so much time is over, as of this call. Leave room for one sweep and one checkpoint.
+    #[must_use]
+    pub fn time_limit(self, limit: Duration) -> Self {
+        Self { limit: Some(limit), ..self }
+    }
+
+    /// Ends after the sweep in which this becomes true: by another thread, or by a signal (`Signals`, with the feature
+    /// `signals`).
+    #[must_use]
+    pub fn stop_on(self, stop: &'a AtomicBool) -> Self {
+        Self { stop: Some(stop), ..self }
+    }
+
+    /// Ends before all sweeps of production are done if `reached` says so of the observer: of a standard error, say. It is
+    /// asked eight times while the number of sweeps doubles, always at the same sweeps, from the sixteenth on.
+    ///
+    /// Errors of few data are uncertain themselves, and a run that stops at the first that is small enough favors those that
+    /// are too small: ask for enough data as well.
+    #[must_use]
+    pub fn until(self, reached: impl Fn(&O) -> bool + 'a) -> Self {
+        Self { reached: Some(Box::new(reached)), ..self }
+    }
+
+    /// Shows how far the run is, ten times a second at most, and at the end.
+    #[must_use]
+    pub fn progress(self, show: impl FnMut(&Progress<'_>) + 'a) -> Self {
+        Self { progress: Some(Box::new(show)), ..self }
+    }
+
+    /// Does it, with an observer that looks at production: from the start, or from the checkpoint if there is one. If that is
+    /// damaged or gone, from the one before.
+    ///
+    /// # Errors
+    /// Those of building, resuming and running; [`Error::CheckpointFile`] if the first or the last checkpoint cannot be
+    /// written. One in between may fail: the run goes on, and [`Progress::unsaved`] tells. The last one that was written is
+    /// intact in any case.
+    pub fn of<F, T, S>(
+        mut self,
+        builder: SimulationBuilder<F, T, S>,
+        observer: &mut O,
+    ) -> Result<(Simulation<F, T, S>, Ended), Error>
+    where
+        F: Field,
+        T: TemperatureProfile,
+        S: Scheme<F, T, Drive: Persist, Adaptation: Persist>,
+        O: Observer + Persist,
+    {
+        let start = Instant::now();
+        let mut simulation = match self.saved()? {
+            Some(snapshot) => builder.resume(&snapshot, observer)?,
+            None => builder.build()?,
+        };
+        let (began, sweeps) = (simulation.sweep(), self.equilibration.saturating_add(self.production));
+        self.require_equilibration(&simulation)?;
+        // At once, so that it is known at once if there is no room for it.
+        simulation.snapshot(observer)?.write(&self.path)?;
+        let (mut saved, mut saved_sweep, mut shown, mut unsaved) = (start, began, start, None);
+        let reason = loop {
+            let sweep = simulation.sweep();
+            let measured = sweep.saturating_sub(self.equilibration);
+            if is_due(measured) && self.reached.as_ref().is_some_and(|reached| reached(observer)) {
+                break Reason::TargetReached;
+            }
+            if sweep >= sweeps {
+                break Reason::Complete;
+            }
+            if self.stop.is_some_and(|stop| stop.load(Ordering::SeqCst)) {
+                break Reason::Stopped;
+            }
+            let now = Instant::now();
+            if self.limit.is_some_and(|limit| now - start >= limit) {
+                break Reason::TimeLimit;
+            }
+            if now - saved >= self.between_checkpoints {
+                unsaved = simulation.snapshot(observer)?.write(&self.path).err();
+                (saved, saved_sweep) = (Instant::now(), if unsaved.is_none() { sweep } else { saved_sweep });
+            }
+            if now - shown >= Duration::from_millis(100) {
+                shown = now;
+                self.show(simulation.frame().phase(), [began, sweep], start, unsaved.as_ref());
+            }
+            if sweep < self.equilibration {
+                simulation.equilibrate(1, &mut ())?;
+            } else {
+                simulation.run(1, observer)?;
+            }
+        };
+        let sweep = simulation.sweep();
+        if sweep > saved_sweep {
+            simulation.snapshot(observer)?.write(&self.path)?;
+        }
+        self.show(simulation.frame().phase(), [began, sweep], start, None);
+        Ok((simulation, Ended { reason, sweep, sweeps, path: self.path }))
+    }
+
+    /// The checkpoint to go on from, if there is one.
+    fn saved(&self) -> Result<Option<Snapshot>, Error> {
+        let is_absent = |error: &Error| {
+            let source =
+                std::error::Error::source(error).and_then(|source| source.downcast_ref::<io::Error>());
+            source.is_some_and(|source| source.kind() == io::ErrorKind::NotFound)
+        };
+        if let Some(folder) = self.path.parent() {
+            let made = fs::create_dir_all(folder);
+            made.map_err(|source| Error::CheckpointFile { path: folder.into(), source: source.into() })?;
+        }
+        Snapshot::read(&self.path).map(Some).or_else(|error| {
+            match Snapshot::read(beside(&self.path, ".previous")) {
+                Ok(snapshot) => Ok(Some(snapshot)),
+                Err(previous) if is_absent(&error) && is_absent(&previous) => Ok(None),
+                Err(_) => Err(error),
+            }
+        })
+    }
+
+    /// Fails if a run that goes on was equilibrated for another number of sweeps.
+    fn require_equilibration<F: Field, T: TemperatureProfile, S: Scheme<F, T>>(
+        &self,
+        simulation: &Simulation<F, T, S>,
+    ) -> Result<(), Error> {
+        let frame = simulation.frame();
+        let (sweep, of_phase) = (frame.sweep(), frame.sweep_of_phase());
+        let (fits, done) = match frame.phase() {
+            Phase::Equilibration => (sweep <= self.equilibration, sweep),
+            Phase::Production => (sweep - of_phase == self.equilibration, sweep - of_phase),
+        };
+        if fits {
+            return Ok(());
+        }
+        let (what, given) = ("number of sweeps of equilibration".into(), self.equilibration.to_string());
+        Err(Error::CheckpointMismatch { what, saved: done.to_string(), given })
+    }
+
+    fn show(&mut self, phase: Phase, [began, sweep]: [u64; 2], start: Instant, unsaved: Option<&Error>) {
+        let sweeps = self.equilibration.saturating_add(self.production);
+        if let Some(show) = &mut self.progress {
+            show(&Progress { phase, sweep, sweeps, began, elapsed: start.elapsed(), unsaved });
+        }
+    }
+}
+
+/// Whether it is asked after so many sweeps of production if a target is reached: at eight places, evenly spaced, between a
+/// number and twice that.
+fn is_due(sweeps: u64) -> bool {
+    sweeps
+        .checked_ilog2()
+        .is_some_and(|doublings| doublings > 3 && sweeps.is_multiple_of(1 << (doublings - 3)))
+}

@@ -1,0 +1,141 @@
+//! All that a run has become.
+
+use super::file::{Reader, Writer};
+use super::{Archive, Identity, Persist};
+use crate::Error;
+use std::fmt;
+
+/// All that a run has become, as plain data: what [`Simulation::snapshot`](crate::Simulation::snapshot) takes and
+/// [`SimulationBuilder::resume`](crate::SimulationBuilder::resume) goes on from.
+///
+/// Two that are equal are of runs that are the same to the last bit.
+///
+/// ```
+/// use gradient_mc::checkpoint::Snapshot;
+/// use gradient_mc::observers::CenterOfMass;
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 36, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let builder = Simulation::builder(scene).seed(1);
+/// let mut observer = CenterOfMass::new();
+/// let mut simulation = builder.clone().build()?;
+/// simulation.run(100, &mut observer)?;
+/// let path = std::env::temp_dir().join(format!("gradient-mc-{}.checkpoint", std::process::id()));
+/// simulation.snapshot(&mut observer)?.write(&path)?;
+/// // Another day, another process.
+/// let mut observer = CenterOfMass::new();
+/// let mut simulation = builder.resume(&Snapshot::read(&path)?, &mut observer)?;
+/// simulation.run(100, &mut observer)?;
+/// assert_eq!(observer.heights().len(), 200);
+/// # std::fs::remove_file(path).ok();
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
+#[derive(Clone, PartialEq, Eq)]
+pub struct Snapshot {
+    pub(super) seed: u64,
+    pub(super) sweep: u64,
+    /// Sweeps of production.
+    pub(super) measured: u64,
+    /// What is simulated, and how.
+    pub(super) identity: String,
+    /// Of the simulation.
+    pub(super) state: Vec<u8>,
+    pub(super) observer: Vec<u8>,
+}
+
+impl Snapshot {
+    pub(crate) fn of(
+        identity: &Identity,
+        [sweep, measured]: [u64; 2],
+        state: Vec<u8>,
+        observer: Vec<u8>,
+    ) -> Self {
+        let Identity { seed, simulated } = identity.clone();
+        Self { seed, sweep, measured, identity: simulated, state, observer }
+    }
+
+    /// What `write` writes.
+    pub(crate) fn piece(write: impl FnOnce(&mut Archive<'_>) -> Result<(), Error>) -> Result<Vec<u8>, Error> {
+        let mut archive = Archive::writing();
+        write(&mut archive)?;
+        archive.finish()
+    }
+
+    pub(crate) fn require_same(&self, identity: &Identity) -> Result<(), Error> {
+        identity.require_same(&self.identity)?;
+        identity.require_same_seed(self.seed)
+    }
+
+    /// Has the state of the simulation read.
+    pub(crate) fn restore(
+        &self,
+        read: impl FnOnce(&mut Archive<'_>) -> Result<(), Error>,
+    ) -> Result<(), Error> {
+        let mut archive = Archive::reading(&self.state);
+        read(&mut archive)?;
+        archive.finish().map(|_| ())
+    }
+
+    pub(crate) fn restore_observer<O: Persist + ?Sized>(&self, observer: &mut O) -> Result<(), Error> {
+        let mut archive = Archive::reading(&self.observer);
+        observer.persist(&mut archive)?;
+        archive.finish().map(|_| ())
+    }
+
+    /// Seed of the run.
+    #[must_use]
+    pub fn seed(&self) -> u64 {
+        self.seed
+    }
+
+    /// Sweeps done, equilibration included.
+    #[must_use]
+    pub fn sweep(&self) -> u64 {
+        self.sweep
+    }
+
+    /// Sweeps of the production run under way; none while equilibrating.
+    #[must_use]
+    pub fn sweeps_of_production(&self) -> u64 {
+        self.measured
+    }
+
+    /// The bytes of a [file](crate::checkpoint#the-file).
+    #[must_use]
+    pub fn to_bytes(&self) -> Vec<u8> {
+        let Self { seed, sweep, measured, identity, state, observer } = self;
+        let mut writer = Writer::new(identity.len() + state.len() + observer.len());
+        for number in [seed, sweep, measured] {
+            writer.number(*number);
+        }
+        for piece in [identity.as_bytes(), state, observer] {
+            writer.piece(piece);
+        }
+        writer.finish()
+    }
+
+    /// Reads what [`to_bytes`](Self::to_bytes) wrote. Whether it fits a simulation shows when that goes on.
+    ///
+    /// # Errors
+    /// [`Error::CheckpointDamaged`], [`Error::CheckpointVersion`].
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
+        let mut reader = Reader::new(bytes)?;
+        let [seed, sweep, measured] = [reader.number()?, reader.number()?, reader.number()?];
+        let [identity, state, observer] = [reader.piece()?, reader.piece()?, reader.piece()?];
+        reader.finish()?;
+        let identity = String::from_utf8(identity)
+            .map_err(|_| Error::CheckpointDamaged { what: "what is simulated".into() })?;
+        Ok(Self { seed, sweep, measured, identity, state, observer })
+    }
+}
+
+impl fmt::Debug for Snapshot {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter
+            .debug_struct("Snapshot")
+            .field("seed", &self.seed)
+            .field("sweep", &self.sweep)
+            .field("sweeps_of_production", &self.measured)
+            .field("bytes", &(self.identity.len() + self.state.len() + self.observer.len()))
+            .finish_non_exhaustive()
+    }
+}

@@ -1,0 +1,10 @@
+//! What must hold of runs that are stopped and go on: `cargo test --features signals --test checkpoint`.
+
+#![allow(clippy::unwrap_used, unreachable_pub)]
+
+mod exact;
+mod file;
+#[cfg(all(unix, feature = "signals"))]
+mod killed;
+mod pooled;
+mod run;

@@ -1,0 +1,188 @@
+//! Long runs in one call.
+
+use crate::file::Folder;
+use gradient_mc::checkpoint::{Reason, Run, Snapshot};
+use gradient_mc::field::UniformField;
+use gradient_mc::observers::CenterOfMass;
+use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
+use gradient_mc::{Error, Scene, Simulation, SimulationBuilder, Slab};
+use std::error::Error as _;
+use std::fs;
+use std::path::Path;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+fn builder(seed: u64) -> SimulationBuilder<UniformField, ExponentialTemperature> {
+    let slab = Slab::new(30.0, 4.0, 4.0).unwrap();
+    let temperature = ExponentialTemperature::new(4.0, 0.03).unwrap();
+    let scene = Scene::new(slab, 40, UniformField::default(), temperature).unwrap();
+    Simulation::builder(scene).seed(seed)
+}
+
+/// What an undisturbed run of 100 and 8000 sweeps ends with.
+fn undisturbed() -> Snapshot {
+    let mut observer = CenterOfMass::new();
+    let mut simulation = builder(1).build().unwrap();
+    simulation.equilibrate(100, &mut ()).unwrap();
+    simulation.run(8000, &mut observer).unwrap();
+    simulation.snapshot(&mut observer).unwrap()
+}
+
+fn run<'a>(path: &Path, production: u64) -> Run<'a, CenterOfMass> {
+    Run::new(path, 100, production)
+}
+
+#[test]
+fn a_run_that_is_stopped_ends_as_one_that_is_not() {
+    let folder = Folder::new("stopped");
+    let path = folder.0.join("deep").join("run");
+    let stop = AtomicBool::new(false);
+    let mut reasons = Vec::new();
+    for stops in 0.. {
+        stop.store(false, Ordering::SeqCst);
+        let mut seen = 0;
+        let show = |progress: &gradient_mc::checkpoint::Progress<'_>| {
+            assert_eq!((progress.sweeps, progress.unsaved.is_some()), (8100, false));
+            seen = progress.sweep;
+        };
+        let mut this = run(&path, 8000).stop_on(&stop).progress(show);
+        this = match stops % 3 {
+            0 => this.time_limit(Duration::from_millis(40)),
+            // Nothing is done, and nothing is lost.
+            1 => {
+                stop.store(true, Ordering::SeqCst);
+                this
+            }
+            _ => this.time_limit(Duration::from_millis(60)).checkpoint_every(Duration::ZERO),
+        };
+        let mut observer = CenterOfMass::new();
+        let (mut simulation, ended) = this.of(builder(1), &mut observer).unwrap();
+        assert_eq!((seen, ended.sweep), (simulation.sweep(), simulation.sweep()));
+        reasons.push(ended.reason);
+        assert_eq!(Snapshot::read(&path).unwrap(), simulation.snapshot(&mut observer).unwrap());
+        if ended.is_finished() {
+            assert!(simulation.snapshot(&mut observer).unwrap() == undisturbed());
+            break;
+        }
+        assert!(ended.to_string().contains("goes on from"), "{ended}");
+    }
+    assert!(reasons.contains(&Reason::Stopped) && reasons.contains(&Reason::TimeLimit), "{reasons:?}");
+    assert_eq!(reasons.last(), Some(&Reason::Complete));
+    // One that is complete is read, and goes on if more is asked for.
+    let mut observer = CenterOfMass::new();
+    let (_, ended) = run(&path, 8000).of(builder(1), &mut observer).unwrap();
+    assert_eq!((ended.reason, observer.heights().len()), (Reason::Complete, 8000));
+    let mut observer = CenterOfMass::new();
+    run(&path, 8050).of(builder(1), &mut observer).unwrap();
+    assert_eq!(observer.heights().len(), 8050);
+}
+
+#[test]
+fn a_target_is_reached_at_the_same_sweep_however_often_the_run_was_stopped() {
+    let folder = Folder::new("target");
+    let reached = |path: &str, limit: Duration| {
+        loop {
+            let mut observer = CenterOfMass::new();
+            let (_, ended) = run(&folder.0.join(path), 100_000)
+                .until(|observer| observer.estimate().is_ok_and(|height| height.standard_error < 0.15))
+                .time_limit(limit)
+                .of(builder(2), &mut observer)
+                .unwrap();
+            if ended.is_finished() {
+                assert_eq!(ended.reason, Reason::TargetReached);
+                assert!(observer.estimate().unwrap().standard_error < 0.15);
+                return ended.sweep;
+            }
+        }
+    };
+    let expected = reached("undisturbed", Duration::MAX);
+    assert!(expected > 116 && expected < 100_000, "{expected}");
+    assert_eq!(reached("stopped", Duration::from_millis(30)), expected);
+    // Already reached.
+    assert_eq!(reached("stopped", Duration::MAX), expected);
+}
+
+#[test]
+fn a_damaged_checkpoint_is_replaced_by_the_one_before() {
+    let folder = Folder::new("replaced");
+    let path = folder.0.join("run");
+    run(&path, 200).of(builder(1), &mut CenterOfMass::new()).unwrap();
+    for damage in ["truncated", "gone"] {
+        if damage == "gone" {
+            fs::remove_file(&path).unwrap();
+        } else {
+            let bytes = fs::read(&path).unwrap();
+            fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+        }
+        let mut observer = CenterOfMass::new();
+        let (mut simulation, _) = run(&path, 8000).of(builder(1), &mut observer).unwrap();
+        assert!(simulation.snapshot(&mut observer).unwrap() == undisturbed(), "{damage}");
+    }
+    // Both are: nothing is begun anew over what may be worth something to somebody.
+    for name in ["run", "run.previous"] {
+        fs::write(folder.0.join(name), b"gmc-ckpt").unwrap();
+    }
+    let error = run(&path, 8000).of(builder(1), &mut CenterOfMass::new()).unwrap_err();
+    assert!(error.source().unwrap().to_string().contains("damaged"), "{error:?}");
+    assert_eq!(fs::read(&path).unwrap(), b"gmc-ckpt");
+}
+
+#[test]
+fn what_cannot_be_written_is_said_and_harms_nothing() {
+    let folder = Folder::new("unwritable");
+    let path = folder.0.join("run");
+    // At once, not after the first ten minutes.
+    fs::write(folder.0.join("file"), b"").unwrap();
+    let error = run(&folder.0.join("file").join("run"), 8000).of(builder(1), &mut CenterOfMass::new());
+    assert!(matches!(error, Err(Error::CheckpointFile { .. })));
+    // In between: the run goes on until there is room again.
+    let endless = || Run::new(&path, 100, 1 << 40);
+    let (mut failures, stop) = (0, AtomicBool::new(false));
+    let obstacle = folder.0.join("run.new");
+    let mut observer = CenterOfMass::new();
+    let this = endless().checkpoint_every(Duration::from_millis(20)).stop_on(&stop).progress(|progress| {
+        match progress.unsaved {
+            None if failures == 0 => fs::create_dir_all(&obstacle).unwrap(),
+            // There is room again, and it was found.
+            None => stop.store(true, Ordering::SeqCst),
+            Some(error) => {
+                assert!(error.to_string().contains("run.new"));
+                failures += 1;
+                if failures == 3 {
+                    fs::remove_dir(&obstacle).unwrap();
+                }
+            }
+        }
+    });
+    let (simulation, ended) = this.of(builder(1), &mut observer).unwrap();
+    assert!(failures >= 3 && ended.reason == Reason::Stopped, "{failures} {ended}");
+    assert_eq!(Snapshot::read(&path).unwrap().sweep(), simulation.sweep());
+    // At the end: it fails, and what was written before is as it was.
+    let before = fs::read(&path).unwrap();
+    stop.store(false, Ordering::SeqCst);
+    let this = endless().stop_on(&stop).progress(|_| {
+        fs::create_dir_all(&obstacle).unwrap();
+        stop.store(true, Ordering::SeqCst);
+    });
+    assert!(matches!(this.of(builder(1), &mut observer), Err(Error::CheckpointFile { .. })));
+    assert_eq!(fs::read(&path).unwrap(), before);
+}
+
+#[test]
+fn another_call_is_refused() {
+    let folder = Folder::new("another");
+    let path = folder.0.join("run");
+    run(&path, 50).of(builder(1), &mut CenterOfMass::new()).unwrap();
+    let before = fs::read(&path).unwrap();
+    let equilibration = Run::new(&path, 90, 50).of(builder(1), &mut CenterOfMass::new());
+    assert!(matches!(equilibration, Err(Error::CheckpointMismatch { .. })));
+    let seed = run(&path, 50).of(builder(2), &mut CenterOfMass::new());
+    assert!(matches!(seed, Err(Error::CheckpointMismatch { .. })));
+    let scene = builder(1).build().unwrap();
+    let isothermal =
+        Scene::new(*scene.scene().slab(), 40, UniformField::default(), Isothermal::new(4.0).unwrap())
+            .unwrap();
+    let temperature = run(&path, 50).of(Simulation::builder(isothermal).seed(1), &mut CenterOfMass::new());
+    assert!(matches!(temperature, Err(Error::CheckpointMismatch { .. })));
+    assert_eq!(fs::read(&path).unwrap(), before);
+}

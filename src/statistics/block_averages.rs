@@ -58,6 +58,8 @@ pub struct BlockAverages {
     /// What is left of the replicas beyond their complete blocks: it counts in the mean only.
     remainder: Vec<f64>,
     remainder_observations: u64,
+    /// What is observed, and for what.
+    what: &'static str,
 }
 
 impl BlockAverages {
@@ -93,7 +95,13 @@ impl BlockAverages {
             replica_blocks: Vec::new(),
             remainder: vec![0.0; components],
             remainder_observations: 0,
+            what: "observations for a standard error",
         }
+    }
+
+    /// Those of an observer: what it says to be too few.
+    pub(crate) fn said_of(self, what: &'static str) -> Self {
+        Self { what, ..self }
     }
 
     /// Number of components.
@@ -343,7 +351,7 @@ impl BlockAverages {
             let saturated = |number: u64| usize::try_from(number).unwrap_or(usize::MAX);
             let needed = (MINIMUM_BLOCKS as u64 * self.block_length).max(observations + 1);
             return Err(Error::TooFewObservations {
-                what: "observations for a standard error",
+                what: self.what,
                 available: saturated(observations),
                 needed: saturated(needed),
             });

@@ -6,13 +6,14 @@ mod measured;
 mod ranks;
 mod smoothing;
 persist!(
-    EquationOfStateFit { part run, same spheres, count frames, part ranks, part collisions, part averages },
+    EquationOfStateFit { part run, same spheres, count frames, count incomplete, part ranks, part collisions, part averages },
     |fit| fit.frames < EquationOfStateFit::INTERVAL
 );
 
 #[cfg(test)]
 mod tests;
 
+pub(crate) use collisions::{Collisions, Means};
 pub use measured::{EquationOfStateCurve, MeasuredEquationOfState};
 
 use super::bins::{Bins, HeightBins};
@@ -22,7 +23,6 @@ use crate::statistics::BlockAverages;
 use crate::{
     AcceptedMove, Collision, Error, Frame, Merge, Observer, ObserverError, Recorder, Scene, Slab, Wall,
 };
-use collisions::Collisions;
 use measured::Route;
 use ranks::Ranks;
 
@@ -75,6 +75,8 @@ pub struct EquationOfStateFit {
     ranks: Ranks,
     collisions: Collisions,
     frames: u64,
+    /// Sweeps that ended with an error, up to the last frame.
+    incomplete: u64,
     sample: Vec<f64>,
     averages: BlockAverages,
 }
@@ -113,8 +115,10 @@ impl EquationOfStateFit {
             ranks,
             collisions,
             frames: 0,
+            incomplete: 0,
             sample: vec![0.0; components],
-            averages: BlockAverages::new(components)?,
+            averages: BlockAverages::new(components)?
+                .said_of("intervals of 64 frames for a fit of an equation of state"),
         })
     }
 
@@ -141,8 +145,7 @@ impl EquationOfStateFit {
         };
         let jackknife = self.averages.jackknifed(|means| {
             let (ranks, collisions) = means.split_at(split);
-            let (ranks, collisions) =
-                (ranks::Means::of(ranks), collisions::Means::of(collisions, self.bins.count()));
+            let (ranks, collisions) = (ranks::Means::of(ranks), collisions::Means::of(collisions));
             measured::fits(|route, terms| match route {
                 Route::Ranks => ranks.fit(&used, terms),
                 Route::Collisions => collisions.fit(range.clone(), terms),
@@ -159,7 +162,7 @@ impl EquationOfStateFit {
     pub fn collisions_without_errors(&self) -> Result<impl EquationOfState + use<>, Error> {
         const LAYERS: f64 = 8.0;
         let mean = self.averages.mean();
-        let means = collisions::Means::of(&mean[self.ranks.components()..], self.bins.count());
+        let means = collisions::Means::of(&mean[self.ranks.components()..]);
         let range = bins_in(&self.bins, [LAYERS, self.slab.height() - LAYERS]);
         let coefficients = means.fit(range, measured::FEWEST_TERMS).filter(|_| self.intervals() > 0);
         coefficients.map(|coefficients| Series::new(&coefficients)).ok_or(Error::TooFewObservations {
@@ -172,7 +175,7 @@ impl EquationOfStateFit {
     /// The largest smoothed packing fraction in bins of `range`.
     fn highest_packing_fraction(&self, range: std::ops::Range<usize>) -> f64 {
         let mean = self.averages.mean();
-        let counts = collisions::Means::of(&mean[self.ranks.components()..], self.bins.count()).counts;
+        let counts = collisions::Means::of(&mean[self.ranks.components()..]).counts;
         let mut smooth = vec![0.0; counts.len()];
         self.collisions.smooth(counts, &mut smooth);
         packing_fraction(smooth[range].iter().copied().fold(0.0, f64::max) / self.bins.volume())
@@ -233,13 +236,17 @@ fn bins_in(bins: &HeightBins, [low, high]: [f64; 2]) -> std::ops::Range<usize> {
 impl Observer for EquationOfStateFit {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         if frame.particles() != self.spheres {
-            let requirement = "the observer was made for another number of spheres";
-            let value = frame.particles() as f64;
-            return Err(
-                Error::InvalidParameter { name: "number of spheres observed", value, requirement }.into()
-            );
+            let (seen, shown) = (self.spheres as f64, frame.particles() as f64);
+            return Err(Error::AnotherRun { what: "number of spheres", seen, shown }.into());
         }
         self.run.admit(frame)?;
+        let incomplete = frame.move_counts().incomplete_sweeps;
+        if std::mem::replace(&mut self.incomplete, incomplete) != incomplete {
+            // The path of a sweep that failed is not all that it was to be: the interval begins anew.
+            self.ranks.forget();
+            self.collisions.forget();
+            self.frames = 0;
+        }
         if self.frames.is_multiple_of(Self::BETWEEN_COUNTS) {
             self.collisions.observe(frame);
         }

@@ -10,6 +10,7 @@
 //! small moves take 10⁵ sweeps and more to relax its column: `--full` makes them, and every other combination, each known to
 //! half a per cent; the default leaves them to the smaller column.
 
+mod collisions;
 mod picture;
 mod prediction;
 mod run;
@@ -83,6 +84,7 @@ fn setups(full: bool, session: &Session) -> Vec<Setup> {
     if !full {
         add(SchemeChoice::Instantaneous, chains, 156.25, 0.1, Side::Above, 2);
         add(SchemeChoice::Closure, chains, 156.25, 0.1, Side::Below, 2);
+        add(SchemeChoice::RunningCollisions, chains, 156.25, 0.1, Side::Above, 2);
         for side in Side::BOTH {
             add(SchemeChoice::SelfConsistent, chains, 156.25, 0.1, side, 2);
         }
@@ -94,8 +96,12 @@ fn setups(full: bool, session: &Session) -> Vec<Setup> {
             add(SchemeChoice::SelfConsistent, chains, area, bin, side, 1);
         }
         add(SchemeChoice::Instantaneous, chains, area, 0.1, side, 1);
-        for scheme in [SchemeChoice::RunningAverage, SchemeChoice::AveragedThenFrozen, SchemeChoice::Closure]
-        {
+        for scheme in [
+            SchemeChoice::RunningAverage,
+            SchemeChoice::AveragedThenFrozen,
+            SchemeChoice::RunningCollisions,
+            SchemeChoice::Closure,
+        ] {
             add(scheme, chains, area, 0.1, side, 1);
         }
     }
@@ -316,6 +322,7 @@ impl std::fmt::Display for Setup {
             SchemeChoice::Instantaneous => "instantaneous",
             SchemeChoice::RunningAverage => "running average",
             SchemeChoice::AveragedThenFrozen => "averaged, frozen",
+            SchemeChoice::RunningCollisions => "collisions, running",
             SchemeChoice::Closure => "closure",
             SchemeChoice::SelfConsistent => "self-consistent",
         };

@@ -77,9 +77,9 @@ pub(crate) struct Monitor {
     generation: u64,
     /// Sweeps between two numbers of the series.
     interval: u64,
-    /// Of the center of mass, and of the number of spheres below or above each mark.
+    /// Of the center of mass, and of the number of spheres below each mark.
     series: [Vec<f64>; 1 + Self::MARKS],
-    /// Heights that spheres are counted below (two) and above (two).
+    /// Heights that spheres are counted below: two in the column, two near the base.
     marks: [f64; Self::MARKS],
     lowest_center: f64,
     /// Spheres by band, summed over looks that count for as many sweeps as they are apart.
@@ -95,6 +95,8 @@ impl Monitor {
     /// to 0.5 % of eight thousand, and less the longer a run.
     const LONGEST_SERIES: usize = 128;
     const MARKS: usize = 4;
+    /// The first so many series are of the column, the others of what is near the base.
+    const OF_COLUMN: usize = 3;
     pub(crate) const FIRST_INTERVAL: u64 = 8;
     /// Looks at the bands are at least so many sweeps apart.
     const SWEEPS_BETWEEN_COUNTS: u64 = 32;
@@ -187,12 +189,11 @@ impl Monitor {
         }
         let [center, counts @ ..] = &mut self.series;
         center.push(moment / frame.particles() as f64);
-        // The number above a height has the same memory as that below.
         counts.iter_mut().zip(below).for_each(|(series, below)| series.push(below as f64));
     }
 
-    /// Chooses the marks: half a diameter above the lowest centers, where the first layer is; the
-    /// lowest band; and the edges of bands that half and nine tenths of the spheres are below.
+    /// Chooses the marks: the edges of bands that half and nine tenths of the spheres are below, where the number below
+    /// tells the weight above; half a diameter above the lowest centers, where the first layer is; and the lowest band.
     fn mark(&mut self, frame: &Frame<'_>) {
         const LAYER: f64 = 0.5;
         let mut counts = vec![0_usize; self.bands.count];
@@ -205,7 +206,7 @@ impl Monitor {
             });
             self.bands.edge(1 + reached.unwrap_or(0))
         };
-        self.marks = [self.lowest_center + LAYER, self.bands.edge(1), quantile(0.5), quantile(0.9)];
+        self.marks = [quantile(0.5), quantile(0.9), self.lowest_center + LAYER, self.bands.edge(1)];
     }
 
     /// Sweeps of production.
@@ -223,17 +224,10 @@ impl Monitor {
         &self.series[0]
     }
 
-    /// All series, evenly spaced in time over production.
-    pub(crate) fn series(&self) -> impl Iterator<Item = (Quantity, &[f64])> {
-        let [layer, band, middle, top] = self.marks;
-        let quantities = [
-            Quantity::CenterOfMass,
-            Quantity::NumberBelow(layer),
-            Quantity::NumberBelow(band),
-            Quantity::NumberAbove(middle),
-            Quantity::NumberAbove(top),
-        ];
-        quantities.into_iter().zip(self.series.iter().map(|series| &series[..]))
+    /// All series, evenly spaced in time over production, part by part: those of a part share their memory.
+    pub(crate) fn series(&self) -> [(Quantity, &[Vec<f64>]); 2] {
+        let (column, base) = self.series.split_at(Self::OF_COLUMN);
+        [(Quantity::Column, column), (Quantity::Base, base)]
     }
 
     pub(crate) fn bands(&self) -> &Bands {

@@ -421,16 +421,19 @@ mod tests {
     fn a_panic_reaches_the_caller_and_hangs_nobody() {
         for threads in [1, 3] {
             let begun = AtomicUsize::new(0);
+            // So many that it ends only if others stop: how many they begin while one prints its panic and unwinds is a
+            // matter of the machine's load.
             let caught = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
-                Replicas::new(1000).threads(threads).run(|replica| {
+                Replicas::new(usize::MAX / 2).threads(threads).run(|replica| {
                     begun.fetch_add(1, Ordering::SeqCst);
                     assert!(replica.index() != 4, "the fifth");
+                    thread::sleep(std::time::Duration::from_micros(100));
                     Ok(())
                 })
             }));
             let panic = caught.unwrap_err();
             assert_eq!(panic.downcast_ref::<&str>(), Some(&"the fifth"));
-            assert!(begun.load(Ordering::SeqCst) < 1000);
+            assert!(threads > 1 || begun.load(Ordering::SeqCst) == 5);
         }
     }
 

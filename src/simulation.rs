@@ -249,14 +249,14 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     ///
     /// | judged | raises |
     /// |---|---|
-    /// | the series of the center of mass: its drift, and its variance against what equilibrium demands of it; the memory of the slowest of it and of numbers of spheres below and above some heights | [`TooShort`](Warning::TooShort), [`NotMixed`](Warning::NotMixed), [`NothingMoved`](Warning::NothingMoved) |
+    /// | the series of the center of mass: its drift, and its variance against what equilibrium demands of it; the memory that it shares with the numbers of spheres below two heights, and that of the first layers | [`TooShort`](Warning::TooShort), [`NotMixed`](Warning::NotMixed), [`NothingMoved`](Warning::NothingMoved) |
     /// | its mean against [`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls), where that is good | [`FarFromTheory`](Warning::FarFromTheory), [`NoTheory`](Warning::NoTheory) |
     /// | every 128th sweep, if all moves are local | [`LowAcceptance`](Warning::LowAcceptance) |
     /// | the balance of forces and the field, where the temperature varies | [`FeedbackNotConverged`](Warning::FeedbackNotConverged), [`FieldOfTheory`](Warning::FieldOfTheory), [`CountingNoise`](Warning::CountingNoise), [`ChangesWhileMeasuring`](Warning::ChangesWhileMeasuring), [`SteepGradient`](Warning::SteepGradient), [`DensityJump`](Warning::DensityJump) |
     /// | density, and pressure as the weight of what lies above | [`Metastable`](Warning::Metastable), [`BoxIncommensurate`](Warning::BoxIncommensurate) |
     /// | the box | [`LidTooLow`](Warning::LidTooLow), [`NarrowBox`](Warning::NarrowBox) |
     ///
-    /// Fewer than 10 independent configurations of any of those are too few, as in the profiles.
+    /// Fewer than 2.5 independent configurations of the column or of what is near the base are too few, as in the profiles.
     /// It is worked out when asked for, in some milliseconds (a second or two where T changes by its own size within a
     /// diameter), since the theory of the scene is solved; what it needs of
     /// the run is noted every few sweeps, from the first of production on. Replicas are judged each by itself.

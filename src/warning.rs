@@ -271,25 +271,22 @@ impl fmt::Display for Disagreement {
     }
 }
 
-/// What a run keeps series of, by which its memory is judged; of [`MixingEvidence::FewIndependent`].
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// The parts of a column by whose memory a run is judged; of [`MixingEvidence::FewIndependent`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Quantity {
-    /// The height of the center of mass.
-    CenterOfMass,
-    /// The number of spheres with centers below a height.
-    NumberBelow(f64),
-    /// The number of spheres with centers above a height, which is the weight on it.
-    NumberAbove(f64),
+    /// All of it: the height of the center of mass, and the numbers of spheres below two heights.
+    Column,
+    /// What is near the base: the numbers of spheres in the first layer, and in the lowest two diameters.
+    Base,
 }
 
 impl fmt::Display for Quantity {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::CenterOfMass => formatter.write_str("the center of mass"),
-            Self::NumberBelow(height) => write!(formatter, "the number of spheres below {height:.1}"),
-            Self::NumberAbove(height) => write!(formatter, "the number of spheres above {height:.1}"),
-        }
+        formatter.write_str(match self {
+            Self::Column => "the column",
+            Self::Base => "what is near the base",
+        })
     }
 }
 
@@ -303,7 +300,7 @@ pub enum MixingEvidence {
         /// Its height in the second half of production less that in the first.
         drift: Estimate,
     },
-    /// The slowest of what is judged has seen few independent configurations: fewer than 10.
+    /// The slowest of what is judged has seen few independent configurations: fewer than 2.5.
     #[non_exhaustive]
     FewIndependent {
         /// The slowest.
@@ -329,7 +326,7 @@ impl fmt::Display for MixingEvidence {
             }
             Self::FewIndependent { quantity, effective_sample_size } => {
                 let number = effective_sample_size;
-                write!(formatter, "{quantity} is known as from {number:.0} independent configurations")
+                write!(formatter, "{quantity} is known as from {number:.1} independent configurations")
             }
             Self::TooQuiet { variance, required } => write!(
                 formatter,

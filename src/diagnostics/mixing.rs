@@ -1,7 +1,7 @@
 //! Whether a run has seen what it should.
 
 use crate::monitor::Monitor;
-use crate::statistics::{Estimate, FEWEST_INDEPENDENT, drift, mean, memory, plateau};
+use crate::statistics::{Estimate, FEWEST_INDEPENDENT, drift, independent, mean, plateau};
 use crate::warning::MixingEvidence;
 use crate::{Quantity, Warning};
 
@@ -13,21 +13,17 @@ pub(super) struct Mixing<'a> {
     slowest: (Quantity, f64),
 }
 
-/// The quantity of which a run has seen the fewest independent configurations, and how many. One that
-/// never changes, other than the center of mass, has no memory.
+/// The part of which a run has seen the fewest independent configurations, and how many. Series that never
+/// change, other than that of the center of mass, have no memory.
 pub(crate) fn slowest(monitor: &Monitor) -> (Quantity, f64) {
-    let all = monitor.series().map(|(quantity, series)| (quantity, independent(series), series));
-    let changing = all.filter(|(quantity, _, series)| {
-        *quantity == Quantity::CenterOfMass || series.windows(2).any(|pair| (pair[0] - pair[1]).abs() > 0.0)
-    });
-    changing
-        .map(|(quantity, independent, _)| (quantity, independent))
+    let changes = |series: &Vec<f64>| series.windows(2).any(|pair| (pair[0] - pair[1]).abs() > 0.0);
+    monitor
+        .series()
+        .into_iter()
+        .filter(|(quantity, series)| *quantity == Quantity::Column || series.iter().any(changes))
+        .map(|(quantity, series)| (quantity, independent(series)))
         .min_by(|(_, one), (_, other)| one.total_cmp(other))
-        .unwrap_or((Quantity::CenterOfMass, 1.0))
-}
-
-fn independent(series: &[f64]) -> f64 {
-    memory(&[series]).independent(series.len() as f64)
+        .unwrap_or((Quantity::Column, 1.0))
 }
 
 impl<'a> Mixing<'a> {
@@ -86,7 +82,7 @@ mod tests {
     use crate::statistics::test_series::autoregressive;
 
     fn of(series: &[f64], required: f64) -> Mixing<'_> {
-        let slowest = (Quantity::CenterOfMass, independent(series));
+        let slowest = (Quantity::Column, independent(&[series]));
         Mixing { series, required_variance: Some(required), slowest }
     }
 
@@ -110,8 +106,9 @@ mod tests {
     #[test]
     fn few_independent_numbers_are_warned_of_and_many_are_not() {
         for length in [64, 128] {
-            assert!(warned_of(length, 2.0, 1.0)[0] > 0.9);
-            assert!(warned_of(length, 6.0, 1.0)[0] > 0.6);
+            assert!(warned_of(length, 0.25, 1.0)[0] > 0.95);
+            assert!(warned_of(length, 1.0, 1.0)[0] > 0.6);
+            assert!(warned_of(length, 10.0, 1.0)[0] < 0.06);
             let [any, drift] = warned_of(length, 64.0, 1.0);
             assert!(any < 0.02 && drift < 0.005, "{any} {drift}");
             // Quieter than equilibrium by a factor of eight, twice what is allowed: always, though the series looks like

@@ -77,7 +77,7 @@ impl DensityProfile {
     /// [`Error::TooFewObservations`] below 16 frames.
     pub fn points(&self) -> Result<Vec<DensityPoint>, Error> {
         let volume = self.bins.volume();
-        let counts = self.averages.estimates()?;
+        let counts = self.averages.estimates_of_rows(&[super::ALIKE_COUNTS])?;
         let points = self.bins.centers().zip(counts).map(|(height, count)| {
             let (mean, standard_error) = (count.mean / volume, count.standard_error / volume);
             DensityPoint {
@@ -91,7 +91,7 @@ impl DensityProfile {
 
     /// What speaks against single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base up
     /// to where 1 % of the spheres seen is left. Above that, and in a vacuum, bins are empty by right.
-    /// [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than 10 independent
+    /// [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than 2.5 independent
     /// configurations, as a run is judged; [`Warning::ReplicasDisagree`] where merged replicas do.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {

@@ -126,7 +126,7 @@ impl EquationOfStateProfile {
     /// # Errors
     /// [`Error::TooFewObservations`] below 16 frames.
     pub fn points(&self) -> Result<Vec<EquationOfStatePoint>, Error> {
-        let errors = self.averages.standard_errors()?;
+        let errors = self.averages.standard_errors_of_rows(&[super::ALIKE_COUNTS, super::ALIKE_WEIGHTS])?;
         let means = self.averages.mean();
         let factors = self.ratios(|_, density, pressure, temperature| pressure / (density * temperature))?;
         let rows = self.bins.centers().zip(&self.temperatures).zip(factors).enumerate();
@@ -172,7 +172,7 @@ impl EquationOfStateProfile {
             pressure / (density * temperature * equation_of_state.compressibility_factor(packing_fraction))
                 - 1.0
         })?;
-        let errors = self.averages.standard_errors()?;
+        let errors = self.averages.standard_errors_of_rows(&[super::ALIKE_COUNTS, super::ALIKE_WEIGHTS])?;
         let means = self.averages.mean();
         let points = self.bins.centers().zip(deviations).enumerate().map(|(bin, (height, deviation))| {
             let density = Estimate::new(self.state(&means, bin).0, errors[bin] / self.bins.volume());
@@ -183,7 +183,7 @@ impl EquationOfStateProfile {
 
     /// What speaks against single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base up
     /// to where 1 % of the spheres seen is left. Above that, and in a vacuum, bins are empty by right.
-    /// [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than 10 independent
+    /// [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than 2.5 independent
     /// configurations, as a run is judged; [`Warning::ReplicasDisagree`] where merged replicas do. [`Warning::WideBins`] where the
     /// density changes too much within one.
     #[must_use]
@@ -261,7 +261,7 @@ impl EquationOfStateProfile {
     /// A function of packing fraction, density, pressure and temperature for every bin, with its error;
     /// NaN where there never was a sphere.
     fn ratios(&self, function: impl Fn(f64, f64, f64, f64) -> f64) -> Result<Vec<Estimate>, Error> {
-        self.averages.jackknife(|means| {
+        self.averages.jackknife_of_rows(&[super::ALIKE_COUNTS], |means| {
             let states = self.temperatures.iter().enumerate().map(|(bin, &temperature)| {
                 let (density, pressure) = self.state(means, bin);
                 // Counts are whole numbers: without the only block that saw a sphere this is exactly zero.

@@ -65,6 +65,11 @@ pub use wall_pressure::WallPressure;
 use crate::Error;
 use crate::statistics::Estimate;
 
+/// Counts of so many neighboring bins to either side share their memory.
+const ALIKE_COUNTS: usize = 1;
+/// Weights above neighboring bins are nearly the same.
+const ALIKE_WEIGHTS: usize = 8;
+
 /// Packing fraction πn/6 of a number density with its error.
 fn packing_fraction(number_density: Estimate) -> Estimate {
     let convert = crate::equation_of_state::packing_fraction;

@@ -98,7 +98,8 @@ impl PressureProfile {
     /// [`Error::TooFewObservations`] below 16 frames.
     pub fn points(&self) -> Result<Vec<PressurePoint>, Error> {
         let area = self.bins.base_area();
-        let points = self.bins.centers().zip(self.averages.estimates()?).map(|(height, weight)| {
+        let weights = self.averages.estimates_of_rows(&[super::ALIKE_WEIGHTS])?;
+        let points = self.bins.centers().zip(weights).map(|(height, weight)| {
             let mean = weight.mean / area + self.open_end_pressure;
             PressurePoint { height, pressure: Estimate::new(mean, weight.standard_error / area) }
         });

@@ -1,8 +1,12 @@
 //! Averages of vectors in bounded memory.
 
-use super::memory::{self, Pooled};
+mod merge;
+#[cfg(feature = "checkpoint")]
+mod saved;
+
+use super::memory::{self, Correlation, Memory, Pooled};
 use super::{Estimate, MINIMUM_BLOCKS};
-use crate::{Error, Merge};
+use crate::Error;
 use nalgebra::{DMatrix, DVector};
 
 /// Averages of vectors that arrive one by one, with errors of means and of functions of means.
@@ -17,11 +21,13 @@ use nalgebra::{DMatrix, DVector};
 /// g = 2τ, with τ = ½ + Σ ρ(k) the correlation time of the blocks, summed to the lag W ≥ 3 τ and
 /// corrected for the mean that is subtracted (Madras and Sokal, doi:10.1007/BF01022990; Wolff,
 /// doi:10.1016/S0010-4655(03)00467-3); g is at least 1. The variance so found is known as one with
-/// ν = blocks/(2W + 1) degrees of freedom is, and the last factor is what Student's distribution of
-/// that many has more in variance than the normal one: errors from few independent numbers are
-/// wider. The error is on average 9 to 20 % too large and scatters by some 20 %. From 10
+/// ν = 2B/(2(2W + 1) + g) degrees of freedom is, with B blocks, and the last factor is what Student's
+/// distribution of that many has more in variance than the normal one: errors from few independent
+/// numbers are wider. The error is on average 9 to 20 % too large and scatters by some 20 %. From 10
 /// independent numbers on the deviations from the truth are as large as the errors within some 10 %
-/// for an exponential memory, and within a quarter for one of two times; below, nothing is promised.
+/// for an exponential memory, and within a quarter for one of two times. Below, τ of a single series is
+/// too uncertain: there the profiles take the mean of ρ over neighboring bins, which scatters less, and
+/// are right within a quarter from some three independent configurations on (`docs/stability.md`).
 ///
 /// Replicas that are merged keep their own means. If those scatter more than the blocks explain
 /// (beyond the quantile 0.99 of χ²), the scatter is the error:
@@ -213,54 +219,50 @@ impl BlockAverages {
     /// # Errors
     /// [`Error::TooFewObservations`] below 16 complete blocks.
     pub fn standard_errors(&self) -> Result<Vec<f64>, Error> {
+        self.standard_errors_of_rows(&[])
+    }
+
+    /// The same for components that are rows of equal lengths, one after the other, in which so many neighbors to either
+    /// side share their memory, one number for each row.
+    pub(crate) fn standard_errors_of_rows(&self, reaches: &[usize]) -> Result<Vec<f64>, Error> {
         let replicas = self.replicas()?;
-        Ok((0..self.components).map(|index| self.pooled(&replicas, index).standard_error).collect())
+        let series: Vec<_> = (0..self.components).map(|index| self.series(&replicas, index)).collect();
+        Ok(self.errors(&series, reaches).into_iter().map(|pooled| pooled.standard_error).collect())
     }
 
-    /// Mean of component `index` in every block of every replica, and the error of its mean.
-    fn pooled(&self, replicas: &[&[f64]], index: usize) -> Pooled {
+    /// Means of component `index` in every block of every replica.
+    fn series(&self, replicas: &[&[f64]], index: usize) -> Vec<Vec<f64>> {
         let length = self.block_length as f64;
-        let of_replica = |sums: &&[f64]| {
-            sums.chunks_exact(self.components).map(|block| block[index] / length).collect::<Vec<f64>>()
-        };
-        let series: Vec<Vec<f64>> = replicas.iter().map(of_replica).collect();
-        self.rescaled(&series)
+        let of_replica =
+            |sums: &&[f64]| sums.chunks_exact(self.components).map(|block| block[index] / length).collect();
+        replicas.iter().map(of_replica).collect()
     }
 
-    /// The error of the mean of all observations from that of complete blocks.
-    fn rescaled(&self, series: &[Vec<f64>]) -> Pooled {
-        let blocks = series.iter().map(Vec::len).sum::<usize>() as f64;
-        rescaled(series, blocks * self.block_length as f64 / self.observations() as f64)
+    /// The errors of the means of all observations, of what complete blocks say, for every component.
+    fn errors(&self, series: &[Vec<Vec<f64>>], reaches: &[usize]) -> Vec<Pooled> {
+        let blocks = self.block_sums().len() as f64;
+        errors(series, reaches, blocks * self.block_length as f64 / self.observations() as f64)
     }
 
     /// Components that have contradicting means in the replicas; none before there are 16 blocks.
     pub(crate) fn contradictions(&self) -> Vec<usize> {
         let Ok(replicas) = self.replicas() else { return Vec::new() };
-        (0..self.components).filter(|&index| self.pooled(&replicas, index).contradict).collect()
+        if replicas.len() < 2 {
+            return Vec::new();
+        }
+        let series: Vec<_> = (0..self.components).map(|index| self.series(&replicas, index)).collect();
+        let errors = self.errors(&series, &[]).into_iter().enumerate();
+        errors.filter(|(_, pooled)| pooled.contradict).map(|(index, _)| index).collect()
     }
 
     /// Number of independent observations of some components taken together, within a replica: their
     /// correlations are averaged. NaN before there are 16 blocks.
     pub(crate) fn independent(&self, components: impl IntoIterator<Item = usize>) -> f64 {
         let Ok(replicas) = self.replicas() else { return f64::NAN };
-        let mut segments = Vec::new();
-        for index in components {
-            let of_replica =
-                |sums: &&[f64]| sums.chunks_exact(self.components).map(|block| block[index]).collect();
-            let series: Vec<Vec<f64>> = replicas.iter().map(of_replica).collect();
-            // Every component counts alike.
-            let spread = memory::spread(&series);
-            if spread > 0.0 {
-                segments.extend(
-                    series
-                        .into_iter()
-                        .map(|replica| replica.into_iter().map(|value| value / spread).collect::<Vec<f64>>()),
-                );
-            }
-        }
-        let segments: Vec<&[f64]> = segments.iter().map(|segment| &segment[..]).collect();
+        let series = components.into_iter().map(|index| self.series(&replicas, index));
+        let correlations: Vec<Correlation> = series.map(|replicas| correlation(&replicas)).collect();
         let blocks = replicas.iter().map(|sums| sums.len() / self.components).sum::<usize>() as f64;
-        memory::memory(&segments).independent(blocks)
+        Memory::of(&correlations.iter().collect::<Vec<_>>()).independent(blocks)
     }
 
     /// [`mean`](Self::mean) and [`standard_errors`](Self::standard_errors) together.
@@ -268,7 +270,13 @@ impl BlockAverages {
     /// # Errors
     /// [`Error::TooFewObservations`] below 16 complete blocks.
     pub fn estimates(&self) -> Result<Vec<Estimate>, Error> {
-        let errors = self.standard_errors()?;
+        self.estimates_of_rows(&[])
+    }
+
+    /// The same for components that are rows in which neighbors are alike, as in
+    /// [`standard_errors_of_rows`](Self::standard_errors_of_rows).
+    pub(crate) fn estimates_of_rows(&self, reaches: &[usize]) -> Result<Vec<Estimate>, Error> {
+        let errors = self.standard_errors_of_rows(reaches)?;
         Ok(self.mean().into_iter().zip(errors).map(|(mean, error)| Estimate::new(mean, error)).collect())
     }
 
@@ -287,7 +295,17 @@ impl BlockAverages {
         &self,
         function: impl FnMut(&[f64]) -> R,
     ) -> Result<Vec<Estimate>, Error> {
-        Ok(self.jackknifed(function)?.estimates(<[f64]>::to_vec))
+        self.jackknife_of_rows(&[], function)
+    }
+
+    /// The same for values that are rows in which neighbors are alike, as in
+    /// [`standard_errors_of_rows`](Self::standard_errors_of_rows).
+    pub(crate) fn jackknife_of_rows<R: AsRef<[f64]>>(
+        &self,
+        reaches: &[usize],
+        function: impl FnMut(&[f64]) -> R,
+    ) -> Result<Vec<Estimate>, Error> {
+        Ok(self.jackknifed(function)?.estimates_of_rows(reaches, <[f64]>::to_vec))
     }
 
     /// Values of `function`, of all and of all but every block, kept so that functions of them can be had later.
@@ -347,11 +365,25 @@ impl BlockAverages {
     }
 }
 
-/// The error of the mean of all observations, of which a `share` is in complete blocks.
-fn rescaled(series: &[Vec<f64>], share: f64) -> Pooled {
-    let series: Vec<&[f64]> = series.iter().map(|replica| &replica[..]).collect();
-    let pooled = memory::pooled(&series);
-    Pooled { standard_error: pooled.standard_error * share.sqrt(), ..pooled }
+/// The errors of the means of all observations, of which a `share` is in complete blocks, of what these say.
+fn errors(series: &[Vec<Vec<f64>>], reaches: &[usize], share: f64) -> Vec<Pooled> {
+    let correlations: Vec<Correlation> = series.iter().map(|replicas| correlation(replicas)).collect();
+    let row = (series.len() / reaches.len().max(1)).max(1);
+    let pooled = series.iter().enumerate().map(|(index, replicas)| {
+        let reach = reaches.get(index / row).copied().unwrap_or(0);
+        let first = index / row * row;
+        let last = (first + row).min(series.len());
+        // The component itself comes first.
+        let alike = [index]
+            .into_iter()
+            .chain(index.saturating_sub(reach).max(first)..index)
+            .chain(index + 1..(index + reach + 1).min(last));
+        let alike: Vec<&Correlation> = alike.map(|other| &correlations[other]).collect();
+        let replicas: Vec<&[f64]> = replicas.iter().map(|replica| &replica[..]).collect();
+        let pooled = memory::pooled(&replicas, &correlations[index], &Memory::of(&alike));
+        Pooled { standard_error: pooled.standard_error * share.sqrt(), ..pooled }
+    });
+    pooled.collect()
 }
 
 /// Functions of the means of all observations, and of all but every block.
@@ -390,7 +422,16 @@ impl Jackknife {
 
     /// Functions of those functions, with errors. `function` must return the same number of values each time: it is as if
     /// values that are missing in any call were NaN.
-    pub(crate) fn estimates<R: AsRef<[f64]>>(&self, mut function: impl FnMut(&[f64]) -> R) -> Vec<Estimate> {
+    pub(crate) fn estimates<R: AsRef<[f64]>>(&self, function: impl FnMut(&[f64]) -> R) -> Vec<Estimate> {
+        self.estimates_of_rows(&[], function)
+    }
+
+    /// The same for values that are rows in which neighbors are alike.
+    fn estimates_of_rows<R: AsRef<[f64]>>(
+        &self,
+        reaches: &[usize],
+        mut function: impl FnMut(&[f64]) -> R,
+    ) -> Vec<Estimate> {
         let values = function(&self.values).as_ref().to_vec();
         let others = self.without.iter().map(Vec::len).sum::<usize>() as f64 - 1.0;
         // What every block says, value by value and replica by replica: (n − 1) times the value without it.
@@ -404,65 +445,14 @@ impl Jackknife {
                 }
             }
         }
-        let errors = said.iter().map(|series| rescaled(series, self.share).standard_error);
-        values.iter().zip(errors).map(|(&value, error)| Estimate::new(value, error)).collect()
+        let estimates = values.iter().zip(errors(&said, reaches, self.share));
+        estimates.map(|(&value, error)| Estimate::new(value, error.standard_error)).collect()
     }
 }
 
-/// The shorter blocks of the two are first merged to the length of the longer. Blocks of different
-/// replicas are never merged with each other, so a replica's slow modes stay visible as a difference
-/// between blocks. Memory grows with the number of replicas.
-impl Merge for BlockAverages {
-    fn merge(&mut self, other: &Self) -> Result<(), Error> {
-        self.require_components(other.components)?;
-        let mut other = other.clone();
-        while self.block_length < other.block_length {
-            self.coarsen();
-        }
-        while other.block_length < self.block_length {
-            other.coarsen();
-        }
-        self.replica_sums.extend_from_slice(&other.replica_sums);
-        self.replica_sums.extend_from_slice(&other.sums);
-        self.replica_blocks.extend_from_slice(&other.replica_blocks);
-        self.replica_blocks.push(other.sums.len() / other.components);
-        add(&mut self.remainder, &other.remainder);
-        add(&mut self.remainder, &other.partial);
-        self.remainder_observations += other.remainder_observations + other.partial_observations;
-        Ok(())
-    }
-}
-
-persist!(
-    BlockAverages {
-        same components,
-        count block_length,
-        value sums,
-        slice partial,
-        count partial_observations,
-        value replica_sums,
-        value replica_blocks,
-        slice remainder,
-        count remainder_observations,
-    },
-    |averages| averages.makes_sense()
-);
-
-#[cfg(feature = "checkpoint")]
-impl BlockAverages {
-    /// Whether there are whole blocks, no more than there can be.
-    fn makes_sense(&self) -> bool {
-        let own = self.sums.len() / self.components;
-        let replicas = self.replica_sums.len() / self.components;
-        let listed = self.replica_blocks.iter().try_fold(0_usize, |sum, blocks| sum.checked_add(*blocks));
-        self.block_length.is_power_of_two()
-            && self.partial_observations < self.block_length
-            && own < Self::MAXIMUM_BLOCKS
-            && own * self.components == self.sums.len()
-            && replicas * self.components == self.replica_sums.len()
-            && listed == Some(replicas)
-            && self.block_length.checked_mul((own + replicas) as u64).is_some_and(|count| count <= 1 << 60)
-    }
+/// Of blocks with later ones of the same replica.
+fn correlation(replicas: &[Vec<f64>]) -> Correlation {
+    Correlation::of(&replicas.iter().map(|replica| &replica[..]).collect::<Vec<_>>())
 }
 
 /// Replaces blocks by the sums of neighboring pairs, and returns the last block if it has no partner.

@@ -1,7 +1,7 @@
 //! Errors of series of correlated numbers.
 
 use super::chi_squared::chi_squared_quantile;
-use super::memory::memory;
+use super::memory::{independent, widened};
 use super::{BlockAverages, Estimate, MINIMUM_BLOCKS, larger, mean};
 use crate::Error;
 
@@ -38,11 +38,10 @@ pub fn blocking(series: &[f64]) -> Result<Estimate, Error> {
     let plain = plateau(series)?;
     let length = series.len().div_ceil(BlockAverages::MAXIMUM_BLOCKS);
     let blocks: Vec<f64> = series.chunks_exact(length).map(mean).collect();
-    let memory = memory(&[&blocks]);
-    if memory.independent(blocks.len() as f64) >= ENOUGH {
+    if independent(&[&blocks]) >= ENOUGH {
         return Ok(plain);
     }
-    let widened = (memory.widened() * length as f64 / series.len() as f64).sqrt();
+    let widened = (widened(&blocks) * length as f64 / series.len() as f64).sqrt();
     Ok(Estimate::new(plain.mean, larger(plain.standard_error, widened)))
 }
 

@@ -5,8 +5,9 @@ use super::chi_squared::chi_squared_quantile;
 use super::{larger, mean};
 
 /// Fewest independent configurations from which anything is concluded without a
-/// [`Warning::NotMixed`](crate::Warning::NotMixed).
-pub(crate) const FEWEST_INDEPENDENT: f64 = 10.0;
+/// [`Warning::NotMixed`](crate::Warning::NotMixed): with fewer even widened errors are too small. More would warn of
+/// runs that are right, and leave those unwarned that underestimate their memory (`docs/stability.md`, Error bars).
+pub(crate) const FEWEST_INDEPENDENT: f64 = 2.5;
 
 /// The window of the sum over lags in correlation times. For exponential decay 5 % of the variance
 /// lie beyond it; a longer one adds more noise than that.
@@ -17,73 +18,130 @@ const SCATTER: f64 = 2.326_347_874_040_841;
 /// And by so many never: then they contradict each other.
 const CONTRADICTION: f64 = 5.0;
 
-/// Correlation of successive numbers.
+/// How numbers are correlated with later ones, within segments of a series, each about its own mean.
+#[derive(Debug, Clone)]
+pub(crate) struct Correlation {
+    /// Of all segments.
+    numbers: f64,
+    /// Segments that hold any.
+    segments: f64,
+    /// Variance of one number.
+    variance: f64,
+    /// ρ(k) of lags from 1 to the longest; none where the numbers never change.
+    ratios: Vec<f64>,
+}
+
+impl Correlation {
+    pub(crate) fn of(segments: &[&[f64]]) -> Self {
+        let longest = segments.iter().map(|segment| segment.len()).max().unwrap_or(0);
+        let numbers = segments.iter().map(|segment| segment.len()).sum::<usize>() as f64;
+        let filled = segments.iter().filter(|segment| !segment.is_empty()).count() as f64;
+        let centered: Vec<Vec<f64>> = segments
+            .iter()
+            .map(|segment| {
+                let mean = mean(segment);
+                segment.iter().map(|value| value - mean).collect()
+            })
+            .collect();
+        let products = |lag: usize| {
+            let of_segment = |segment: &Vec<f64>| {
+                segment.iter().zip(segment.iter().skip(lag)).map(|(early, late)| early * late).sum::<f64>()
+            };
+            centered.iter().map(of_segment).sum::<f64>()
+        };
+        let squares = products(0);
+        let changes = squares != 0.0 && numbers > filled;
+        let lags = if changes { longest } else { 1 };
+        let ratios = (1..lags).map(|lag| products(lag) / squares).collect();
+        let variance = if changes { squares / numbers } else { 0.0 };
+        Self { numbers, segments: filled, variance, ratios }
+    }
+
+    /// Whether it says anything about others: the numbers change, and are finite.
+    fn counts(&self) -> bool {
+        self.variance > 0.0 && self.variance.is_finite()
+    }
+}
+
+/// How long numbers are remembered.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Memory {
     /// g = 2τ: the variance of the mean of N numbers is g/N times that of one. At least 1, so
     /// anticorrelation is no gain.
     pub(crate) inefficiency: f64,
-    /// Variance of one number.
-    variance: f64,
     /// Degrees of freedom of the variance of the mean.
     degrees: f64,
 }
 
-/// Correlation of the numbers within `segments`, each about its own mean.
-///
-/// τ = ½ + Σ ρ(k) is summed up to the first lag W ≥ 3 τ (Madras and Sokal,
-/// doi:10.1007/BF01022990), and divided by 1 − (2W + 1)/n, with n the mean length of a segment:
-/// subtracting the mean takes that much from it (Wolff, doi:10.1016/S0010-4655(03)00467-3, eq. 49).
-/// The relative variance of τ is 2(2W + 1)/N, that of a variance with N/(2W + 1) degrees of freedom.
-pub(crate) fn memory(segments: &[&[f64]]) -> Memory {
-    let count: usize = segments.iter().map(|segment| segment.len()).sum();
-    let longest = segments.iter().map(|segment| segment.len()).max().unwrap_or(0);
-    let numbers = count as f64;
-    let filled = segments.iter().filter(|segment| !segment.is_empty()).count() as f64;
-    let centered: Vec<Vec<f64>> = segments
-        .iter()
-        .map(|segment| {
-            let mean = mean(segment);
-            segment.iter().map(|value| value - mean).collect()
-        })
-        .collect();
-    let products = |lag: usize| {
-        let of_segment = |segment: &Vec<f64>| {
-            segment.iter().zip(segment.iter().skip(lag)).map(|(early, late)| early * late).sum::<f64>()
-        };
-        centered.iter().map(of_segment).sum::<f64>()
-    };
-    let squares = products(0);
-    if squares == 0.0 || numbers <= filled {
-        // Numbers that never change are one number.
-        return Memory { inefficiency: numbers.max(1.0), variance: 0.0, degrees: numbers };
-    }
-    let (mut time, mut window) = (0.5, 0_usize);
-    while window + 1 < longest && (window as f64) < WINDOW_IN_TIMES * time {
-        window += 1;
-        time += products(window) / squares;
-    }
-    let lags = (2 * window + 1) as f64;
-    let lost = (lags * filled / numbers).min(0.9);
-    let inefficiency = larger(2.0 * time / (1.0 - lost), numbers / (numbers - filled));
-    Memory { inefficiency, variance: squares / numbers, degrees: numbers / lags }
-}
-
 impl Memory {
+    /// The common memory of series of equal lengths, from the mean of their correlations: that of one series
+    /// scatters. Constant ones do not count.
+    ///
+    /// τ = ½ + Σ ρ(k) is summed up to the first lag W ≥ 3 τ (Madras and Sokal,
+    /// doi:10.1007/BF01022990), and divided by 1 − (2W + 1)/n, with n the mean length of a segment:
+    /// subtracting the mean takes that much from it (Wolff, doi:10.1016/S0010-4655(03)00467-3, eq. 49).
+    /// The relative variance of τ is 2(2W + 1)/N (of one series, to be safe), and that of the variance of one number is
+    /// g/N. Together they are that of a variance with ν = 2N/(2(2W + 1) + g) degrees of freedom.
+    pub(crate) fn of(correlations: &[&Correlation]) -> Self {
+        let Some(first) = correlations.first() else { return Self { inefficiency: 1.0, degrees: 1.0 } };
+        let numbers = first.numbers;
+        let counted: Vec<&[f64]> = correlations
+            .iter()
+            .filter(|correlation| correlation.counts())
+            .map(|correlation| &correlation.ratios[..])
+            .collect();
+        if counted.is_empty() {
+            // Numbers that never change are one number; of others that count for nothing, nothing is known.
+            let constant = first.variance == 0.0;
+            return Self {
+                inefficiency: if constant { numbers.max(1.0) } else { f64::NAN },
+                degrees: numbers,
+            };
+        }
+        let longest = counted.iter().map(|ratios| ratios.len()).max().unwrap_or(0);
+        let (mut time, mut window) = (0.5, 0_usize);
+        while window < longest && (window as f64) < WINDOW_IN_TIMES * time {
+            let ratios = counted.iter().filter_map(|ratios| ratios.get(window));
+            time += ratios.sum::<f64>() / counted.len() as f64;
+            window += 1;
+        }
+        let lags = (2 * window + 1) as f64;
+        let lost = (lags * first.segments / numbers).min(0.9);
+        let inefficiency = larger(2.0 * time / (1.0 - lost), numbers / (numbers - first.segments));
+        Self { inefficiency, degrees: 2.0 * numbers / (2.0 * lags + inefficiency) }
+    }
+
     /// Number of independent numbers among `numbers`.
     pub(crate) fn independent(&self, numbers: f64) -> f64 {
         (numbers / self.inefficiency).max(1.0)
     }
 
-    /// Variance that the mean of one number has by right if that of N is this over N: σ² g ν/(ν − 2),
-    /// the variance of Student's distribution with ν degrees of freedom in place of that of a normal
-    /// number.
-    pub(super) fn widened(&self) -> f64 {
+    /// Variance that the mean of one number has by right, given that of a number, if that of the mean of N is this
+    /// over N: σ² g ν/(ν − 2), the variance of Student's distribution with ν degrees of freedom in place of that of a
+    /// normal number.
+    fn widened(&self, variance: f64) -> f64 {
         // Below the second there is no variance; a factor of five stands for it.
         const FEWEST_DEGREES: f64 = 2.5;
+        if variance == 0.0 {
+            return 0.0;
+        }
         let degrees = self.degrees.max(FEWEST_DEGREES);
-        self.variance * self.inefficiency * degrees / (degrees - 2.0)
+        variance * self.inefficiency * degrees / (degrees - 2.0)
     }
+}
+
+/// Number of independent numbers in series of equal lengths that share their memory.
+pub(crate) fn independent(series: &[impl AsRef<[f64]>]) -> f64 {
+    let correlations: Vec<Correlation> =
+        series.iter().map(|series| Correlation::of(&[series.as_ref()])).collect();
+    let numbers = series.first().map_or(0, |series| series.as_ref().len());
+    Memory::of(&correlations.iter().collect::<Vec<_>>()).independent(numbers as f64)
+}
+
+/// Variance of the mean of one number, widened for what a series does not know of it.
+pub(super) fn widened(series: &[f64]) -> f64 {
+    let correlation = Correlation::of(&[series]);
+    Memory::of(&[&correlation]).widened(correlation.variance)
 }
 
 /// What replicas tell about their common mean.
@@ -95,16 +153,15 @@ pub(crate) struct Pooled {
     pub(crate) contradict: bool,
 }
 
-/// Error of the mean of all numbers of `replicas`, from their memory, and from the scatter of their
-/// means where that is larger than the memory explains.
-pub(crate) fn pooled(replicas: &[&[f64]]) -> Pooled {
-    let numbers = replicas.iter().map(|replica| replica.len()).sum::<usize>() as f64;
-    let of_one = memory(replicas).widened();
+/// Error of the mean of all numbers of `replicas`, from the variance of one and the `memory`, and from the scatter of
+/// their means where that is larger than the memory explains.
+pub(crate) fn pooled(replicas: &[&[f64]], correlation: &Correlation, memory: &Memory) -> Pooled {
+    let of_one = memory.widened(correlation.variance);
     let means = replicas
         .iter()
         .filter(|replica| !replica.is_empty())
         .map(|replica| (mean(replica), replica.len() as f64, of_one / replica.len() as f64));
-    scattered(&means.collect::<Vec<_>>(), of_one / numbers)
+    scattered(&means.collect::<Vec<_>>(), of_one / correlation.numbers)
 }
 
 /// The same from the mean, weight and squared error of every replica, and the squared error of the
@@ -134,16 +191,15 @@ pub(crate) fn scattered(replicas: &[(f64, f64, f64)], squared_error: f64) -> Poo
     Pooled { standard_error: squared.sqrt(), contradict: exceeds(CONTRADICTION) }
 }
 
-/// Standard deviation of all numbers, each about the mean of its replica.
-pub(super) fn spread(replicas: &[Vec<f64>]) -> f64 {
-    let replicas: Vec<&[f64]> = replicas.iter().map(|replica| &replica[..]).collect();
-    memory(&replicas).variance.sqrt()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::statistics::test_series::autoregressive;
+
+    fn pooled(replicas: &[&[f64]]) -> Pooled {
+        let correlation = Correlation::of(replicas);
+        super::pooled(replicas, &correlation, &Memory::of(&[&correlation]))
+    }
 
     /// Root mean square of (mean − 0)/error, and the mean number of independent numbers, of series
     /// with `size` of them.
@@ -158,7 +214,8 @@ mod tests {
             let series: Vec<&[f64]> = series.iter().map(|series| &series[..]).collect();
             let center = series.iter().map(|series| mean(series)).sum::<f64>() / replicas as f64;
             squares += (center / pooled(&series).standard_error).powi(2) / SERIES as f64;
-            independent += memory(&series).independent(length as f64) / SERIES as f64;
+            independent +=
+                Memory::of(&[&Correlation::of(&series)]).independent(length as f64) / SERIES as f64;
         }
         (squares.sqrt(), independent)
     }
@@ -196,7 +253,7 @@ mod tests {
     fn constants_have_no_error_and_broken_numbers_propagate() {
         let still = pooled(&[&[3.0; 20], &[3.0; 5], &[]]);
         assert!(still.standard_error == 0.0 && !still.contradict);
-        assert!(memory(&[&[3.0; 20]]).independent(20.0) <= 1.0);
+        assert!(independent(&[[3.0; 20]]) <= 1.0);
         let apart = pooled(&[&[3.0; 20], &[5.0; 20]]);
         assert!((apart.standard_error - 1.0).abs() < 1e-12 && apart.contradict, "{apart:?}");
         let mut broken = autoregressive(0.0, 30, 1);

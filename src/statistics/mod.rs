@@ -32,7 +32,7 @@ pub use blocking::{blocking, drift, variance};
 pub(crate) use chi_squared::chi_squared_quantile;
 pub use equilibration::{Equilibration, equilibration};
 pub use estimate::Estimate;
-pub(crate) use memory::{FEWEST_INDEPENDENT, memory, scattered};
+pub(crate) use memory::{FEWEST_INDEPENDENT, independent, scattered};
 pub use replicas::mean_of_replicas;
 
 /// Fewest blocks from which an error is estimated: it is then itself uncertain by 1/√(2·15) = 18 %.

@@ -241,8 +241,8 @@ fn feedback_that_is_wrong() {
     let said =
         run(cooling(), SelfConsistent::default().bin_width(5.0).unwrap(), Theory, chains, [1000, 3000]);
     said.must(feedback);
-    // The default, long enough.
-    let said = run(cooling(), SelfConsistent::default(), Theory, chains, [8000, 4000]);
+    // The default, long enough: the balance is known to 0.4 to 1.3 % for eight seeds, where 2.5 % are asked.
+    let said = run(cooling(), SelfConsistent::default(), Theory, chains, [8000, 8000]);
     said.must_not(counting).must_not(changing).must_not(feedback);
 }
 

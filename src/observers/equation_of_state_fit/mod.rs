@@ -6,7 +6,7 @@ mod measured;
 mod ranks;
 mod smoothing;
 persist!(
-    EquationOfStateFit { part run, same spheres, count frames, part ranks, part collisions, part averages },
+    EquationOfStateFit { part run, same spheres, same open_end, count frames, part ranks, part collisions, part averages },
     |fit| fit.frames < EquationOfStateFit::INTERVAL
 );
 
@@ -19,7 +19,9 @@ use super::bins::{Bins, HeightBins};
 use super::one_run::OneRun;
 use crate::equation_of_state::packing_fraction;
 use crate::statistics::BlockAverages;
-use crate::{AcceptedMove, Collision, Error, Frame, Merge, Observer, ObserverError, Recorder, Scene, Slab};
+use crate::{
+    AcceptedMove, Collision, Error, Frame, Merge, Observer, ObserverError, Recorder, Scene, Slab, Wall,
+};
 use collisions::Collisions;
 use measured::Route;
 use ranks::Ranks;
@@ -67,6 +69,7 @@ use ranks::Ranks;
 pub struct EquationOfStateFit {
     slab: Slab,
     spheres: usize,
+    open_end: Wall,
     run: OneRun,
     bins: HeightBins,
     ranks: Ranks,
@@ -105,6 +108,7 @@ impl EquationOfStateFit {
             run: OneRun::in_slab(&slab),
             slab,
             spheres,
+            open_end: scene.open_end(),
             bins,
             ranks,
             collisions,
@@ -128,11 +132,12 @@ impl EquationOfStateFit {
         let heights = self.heights_used()?;
         let range = bins_in(&self.bins, heights);
         let split = self.ranks.components();
-        let used = ranks::Use {
+        let contact = self.open_end.contact_height(&self.slab);
+        let [one, other] = heights.map(|height| (contact - height).abs());
+        let used = ranks::Used {
             nodes: self.ranks.nodes(),
-            slab: &self.slab,
-            from: self.slab.highest_center() - heights[1],
-            to: self.slab.highest_center() - heights[0],
+            area: self.slab.base_area(),
+            distances: [one.min(other), one.max(other)],
         };
         let jackknife = self.averages.jackknifed(|means| {
             let (ranks, collisions) = means.split_at(split);
@@ -183,16 +188,20 @@ impl EquationOfStateFit {
         let height = self.slab.height();
         let width = height / count as f64;
         let first = bins_in(&self.bins, [Self::LAYERS, height - Self::LAYERS]);
-        let mut starts = first.start..first.end.saturating_sub(WINDOW);
-        let lowest = starts.clone().find(|&start| !is_layered(start));
-        let low = lowest.map_or(height, |bin| bin as f64 * width + MARGIN).max(LEAST);
-        // A column that ends below the lid has no layers there.
-        if counts[starts.end].mean == 0.0 {
-            return Ok([low, height]);
+        let starts = first.start..first.end.saturating_sub(WINDOW);
+        // A column that does not reach a wall has no layers there.
+        let reaches = |bin: usize| counts.get(bin).is_some_and(|count| count.mean > 0.0);
+        let mut range = [0.0, height];
+        if reaches(starts.start) {
+            let lowest = starts.clone().find(|&start| !is_layered(start));
+            range[0] = lowest.map_or(height, |bin| bin as f64 * width + MARGIN).max(LEAST);
         }
-        let highest = starts.rfind(|&start| !is_layered(start));
-        let high = highest.map_or(0.0, |bin| (bin + WINDOW) as f64 * width - MARGIN).min(height - LEAST);
-        Ok([low, high])
+        if reaches(starts.end) {
+            let highest = starts.clone().rfind(|&start| !is_layered(start));
+            let edge = highest.map_or(0.0, |bin| (bin + WINDOW) as f64 * width - MARGIN);
+            range[1] = edge.min(height - LEAST);
+        }
+        Ok(range)
     }
 }
 

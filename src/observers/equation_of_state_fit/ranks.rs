@@ -2,7 +2,7 @@
 
 use super::least_squares::LeastSquares;
 use crate::equation_of_state::{EquationOfState, MOST_TERMS, Series, number_density};
-use crate::{Frame, Slab, Wall};
+use crate::{Frame, Wall};
 
 /// Sums of an interval of sweeps at some ranks. Ranks count from the open end of the column.
 #[derive(Debug, Clone)]
@@ -97,12 +97,12 @@ impl Ranks {
 
 /// What of the ranks is used.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Use<'a> {
+pub(super) struct Used<'a> {
     pub(super) nodes: &'a [usize],
-    pub(super) slab: &'a Slab,
-    /// Distances from the wall at the open end.
-    pub(super) from: f64,
-    pub(super) to: f64,
+    /// Of the base.
+    pub(super) area: f64,
+    /// Smallest and largest distance from the wall at the open end.
+    pub(super) distances: [f64; 2],
 }
 
 impl<'a> Means<'a> {
@@ -113,93 +113,97 @@ impl<'a> Means<'a> {
 
     /// The coefficients of the [`Series`] with so many terms that meets the gaps between ranks best, by Newton and Gauss. The
     /// pressure at the open end is a further unknown if spheres touch that wall.
-    pub(super) fn fit(&self, used: &Use<'_>, terms: usize) -> Option<Vec<f64>> {
-        const MOST_STEPS: usize = 30;
+    pub(super) fn fit(&self, used: &Used<'_>, terms: usize) -> Option<Vec<f64>> {
+        const MOST_STEPS: usize = 60;
         const GOOD: f64 = 1e-9;
-        let area = used.slab.base_area();
-        let lid = self.at_wall > 0.0;
-        let mut unknowns = vec![0.0; terms + usize::from(lid)];
-        (unknowns[0], unknowns[1]) = (4.0, -2.0);
-        if lid {
-            unknowns[terms] = self.at_wall / area;
+        let at_wall = (self.at_wall > 0.0).then_some(self.at_wall / used.area);
+        let mut unknowns = vec![0.0; terms + usize::from(at_wall.is_some())];
+        for (unknown, carnahan_starling) in unknowns.iter_mut().zip([4.0, -2.0]).take(terms) {
+            *unknown = carnahan_starling;
         }
+        if let Some(density) = at_wall {
+            unknowns[terms] = density;
+        }
+        let mut step = self.step(used, terms, &unknowns)?;
         for _ in 0..MOST_STEPS {
-            let series = Series::new(&unknowns[..terms]);
-            let end_pressure = if lid { unknowns[terms] } else { 0.0 };
-            let mut equations = LeastSquares::new(unknowns.len());
-            let mut guess = None;
-            for node in 0..used.nodes.len() - 1 {
-                let (near, far) = (self.distances[node], self.distances[node + 1]);
-                if near < used.from || far > used.to {
-                    continue;
+            let next: Vec<f64> = unknowns.iter().zip(&step).map(|(unknown, step)| unknown + step).collect();
+            if let Some(next_step) = self.step(used, terms, &next) {
+                let largest = step.iter().copied().map(f64::abs).fold(0.0, f64::max);
+                (unknowns, step) = (next, next_step);
+                if largest < GOOD {
+                    unknowns.truncate(terms);
+                    return Some(unknowns);
                 }
-                let ranks = [used.nodes[node], used.nodes[node + 1]];
-                let slope = (self.weights[node + 1] - self.weights[node]) / (ranks[1] - ranks[0]) as f64;
-                let pressure_below =
-                    |rank: f64| end_pressure + self.weights[node] + slope * (rank - ranks[0] as f64);
-                let mut row = [0.0; MOST_TERMS + 1];
-                let (mut expected, mut variance) = (0.0, 0.0);
-                let mut valid = true;
-                for_each_gap(ranks, |rank, gaps| {
-                    let pressure = pressure_below(rank);
-                    let Some(eta) = series.packing_fraction_at(pressure, guess) else {
-                        valid = false;
-                        return;
-                    };
-                    guess = Some(eta);
-                    let factor = series.compressibility_factor(eta);
-                    // Of ln p with ln η.
-                    let stiffness = 1.0 + series.compressibility_derivative(eta) / factor;
-                    let each = gaps / (pressure * area);
-                    expected += each * factor;
-                    for (value, term) in row.iter_mut().zip(Series::terms(eta)).take(terms) {
-                        *value += each * term / stiffness;
-                    }
-                    if lid {
-                        row[terms] -= each * factor / (pressure * stiffness);
-                    }
-                    // Of a slab of fluid at constant pressure.
-                    let spheres = number_density(eta) * area;
-                    variance += gaps / (spheres * spheres * factor * stiffness);
-                });
-                if !valid {
-                    return None;
+            } else {
+                // Beyond where the equation has a state at every pressure.
+                for change in &mut step {
+                    *change *= 0.5;
                 }
-                equations.add(&row[..unknowns.len()], far - near - expected, 1.0 / variance);
-            }
-            let step = equations.solve()?;
-            let mut largest = 0.0_f64;
-            for (unknown, step) in unknowns.iter_mut().zip(&step) {
-                *unknown += step;
-                largest = largest.max(step.abs());
-            }
-            if lid {
-                unknowns[terms] = unknowns[terms].max(1e-3 * self.at_wall / area);
-            }
-            if largest < GOOD {
-                unknowns.truncate(terms);
-                return Some(unknowns);
             }
         }
         None
     }
+
+    /// The change of the unknowns by which the gaps are met best, as if they were linear in them; nothing where there is no
+    /// state at a pressure that occurs.
+    fn step(&self, used: &Used<'_>, terms: usize, unknowns: &[f64]) -> Option<Vec<f64>> {
+        let series = Series::new(&unknowns[..terms]);
+        let end_pressure = unknowns.get(terms).copied();
+        let mut equations = LeastSquares::new(unknowns.len());
+        let mut guess = None;
+        for node in 0..used.nodes.len() - 1 {
+            let (near, far) = (self.distances[node], self.distances[node + 1]);
+            if near < used.distances[0] || far > used.distances[1] {
+                continue;
+            }
+            let ranks = [used.nodes[node], used.nodes[node + 1]];
+            let slope = (self.weights[node + 1] - self.weights[node]) / (ranks[1] - ranks[0]) as f64;
+            let mut row = [0.0; MOST_TERMS + 1];
+            let (mut expected, mut variance) = (0.0, 0.0);
+            for (rank, gaps) in gaps(ranks).into_iter().flatten() {
+                let weight = self.weights[node] + slope * (rank - ranks[0] as f64);
+                let pressure = weight + end_pressure.unwrap_or(0.0);
+                let eta = series.packing_fraction_at(pressure, guess)?;
+                guess = Some(eta);
+                let factor = series.compressibility_factor(eta);
+                // Of ln p with ln η.
+                let stiffness = 1.0 + series.compressibility_derivative(eta) / factor;
+                let each = gaps / (pressure * used.area);
+                expected += each * factor;
+                for (value, term) in row.iter_mut().zip(Series::terms(eta)).take(terms) {
+                    *value += each * term / stiffness;
+                }
+                if end_pressure.is_some() {
+                    row[terms] -= each * factor / (pressure * stiffness);
+                }
+                // Of a slab of fluid at constant pressure.
+                let spheres = number_density(eta) * used.area;
+                variance += gaps / (spheres * spheres * factor * stiffness);
+            }
+            equations.add(&row[..unknowns.len()], far - near - expected, 1.0 / variance);
+        }
+        equations.solve()
+    }
 }
 
-/// Calls `visit` with ranks of gaps between two nodes and how many gaps each stands for: every gap, or the nodes of Gauss and
-/// Legendre's rule where there are many.
-fn for_each_gap([first, end]: [usize; 2], mut visit: impl FnMut(f64, f64)) {
-    const MANY: usize = 8;
-    let gaps = end - first;
-    if gaps <= MANY {
-        (first..end).for_each(|rank| visit(rank as f64, 1.0));
-        return;
+/// Ranks of gaps between two nodes and how many gaps each stands for: every gap, or the nodes of Gauss and Legendre's rule
+/// where there are many.
+fn gaps([first, end]: [usize; 2]) -> [Option<(f64, f64)>; 8] {
+    const NODE: f64 = 0.774_596_669_241_483_4;
+    let count = end - first;
+    let mut gaps = [None; 8];
+    if count <= gaps.len() {
+        for (rank, gap) in (first..end).zip(&mut gaps) {
+            *gap = Some((rank as f64, 1.0));
+        }
+        return gaps;
     }
-    let (middle, half) = (0.5 * (first + end - 1) as f64, 0.5 * gaps as f64);
-    for (node, weight) in
-        [(-0.774_596_669_241_483_4, 5.0 / 9.0), (0.0, 8.0 / 9.0), (0.774_596_669_241_483_4, 5.0 / 9.0)]
-    {
-        visit(middle + half * node, half * weight);
+    let (middle, half) = (0.5 * (first + end - 1) as f64, 0.5 * count as f64);
+    let rule = [(-NODE, 5.0 / 9.0), (0.0, 8.0 / 9.0), (NODE, 5.0 / 9.0)];
+    for ((node, weight), gap) in rule.into_iter().zip(&mut gaps) {
+        *gap = Some((middle + half * node, half * weight));
     }
+    gaps
 }
 
 persist!(Ranks { same nodes, value looks, slice distances, slice weights, value at_wall });

@@ -1,1 +1,192 @@
+use super::super::test_frame;
+use super::ranks::{self, Ranks, Used};
+use super::*;
+use crate::equation_of_state::{ModifiedKolafa, Series};
+use crate::field::UniformField;
+use crate::frame::InForce;
+use crate::moves::EventChains;
+use crate::start::RandomInsertion;
+use crate::temperature::Isothermal;
+use crate::{EquationOfState, Simulation};
 
+/// The reduced potential x/5.
+struct Weight;
+
+impl InForce for Weight {
+    fn reduced_potential(&self, height: f64) -> f64 {
+        height / 5.0
+    }
+    fn reduced_force(&self, _: f64) -> f64 {
+        0.2
+    }
+    fn generation(&self) -> u64 {
+        0
+    }
+    fn open_end_pressure(&self) -> f64 {
+        0.0
+    }
+}
+
+/// Z by ranks at η = 0.02 of so many ideal particles whose heights are drawn from what the field demands; pressures are
+/// taken for those of `extra` more spheres.
+fn ideal_gas_by_ranks(particles: usize, extra: f64) -> crate::statistics::Estimate {
+    let mut scene = test_frame::Scene::new(400.0, &[]);
+    let mut ranks = Ranks::new(particles);
+    let mut averages = BlockAverages::new(ranks.components()).unwrap();
+    let mut sample = vec![0.0; ranks.components()];
+    for seed in 0..20_000 {
+        scene.place(&test_frame::ideal_heights(particles, seed));
+        ranks.observe(&Frame { potential: &Weight, ..scene.frame() });
+        ranks.take(&mut sample);
+        let nodes = ranks.nodes().len();
+        for weight in &mut sample[nodes..2 * nodes] {
+            *weight += extra * 0.2 / scene.slab.base_area();
+        }
+        averages.push(&sample).unwrap();
+    }
+    let factor = averages.jackknife(|means| {
+        let used = Used { nodes: ranks.nodes(), area: scene.slab.base_area(), distances: [0.0, 400.0] };
+        let fit = ranks::Means::of(means).fit(&used, 1);
+        [fit.map_or(f64::NAN, |fit| Series::new(&fit).compressibility_factor(0.02))]
+    });
+    factor.unwrap()[0]
+}
+
+#[test]
+fn ranks_of_an_ideal_gas_are_exact_for_any_number() {
+    for (particles, cap) in [(3, 0.06), (20, 0.02), (200, 0.006)] {
+        let factor = ideal_gas_by_ranks(particles, 0.0);
+        assert!(factor.deviation_from(1.0).abs() < 4.0, "{particles}: {factor}");
+        assert!(factor.standard_error < cap, "{particles}: {factor}");
+    }
+    // If the sphere below a gap weighed on it, they were not.
+    let wrong = ideal_gas_by_ranks(20, 1.0);
+    assert!(wrong.deviation_from(1.0).abs() > 4.0, "{wrong}");
+}
+
+#[test]
+fn ranks_at_the_heights_of_an_equation_of_state_give_it_back() {
+    let (spheres, area, temperature) = (2000, 49.0, 10.0);
+    let nodes = Ranks::new(spheres).nodes().to_vec();
+    let factor_at = |pressure: f64| {
+        ModifiedKolafa.compressibility_factor(ModifiedKolafa.packing_fraction_at(pressure, None).unwrap())
+    };
+    // Distances from the highest, and weights.
+    let mut sample = vec![0.0; 2 * nodes.len() + 1];
+    let (mut distance, mut rank) = (0.0, 1);
+    for (node, &last) in nodes.iter().enumerate() {
+        while rank < last {
+            let pressure = rank as f64 / (area * temperature);
+            distance += factor_at(pressure) / (pressure * area);
+            rank += 1;
+        }
+        sample[node] = distance;
+        sample[nodes.len() + node] = last as f64 / (area * temperature);
+    }
+    let used = Used { nodes: &nodes, area, distances: [0.0, 1e3] };
+    let fit = ranks::Means::of(&sample).fit(&used, 4).unwrap();
+    for eta in [0.05, 0.1, 0.2, 0.3, 0.35] {
+        let exact = ModifiedKolafa.compressibility_factor(eta);
+        approx::assert_relative_eq!(
+            Series::new(&fit).compressibility_factor(eta),
+            exact,
+            max_relative = 1e-4
+        );
+    }
+}
+
+/// Collisions over path, less 1, of two spheres under lateral chains in a weightless box, with its error and what it is.
+///
+/// With h the height that centers can have, the configurational integral is an average over both heights of L²W² − LW a(x),
+/// where a = π(1 − x²) for centers closer than a diameter in height, and N Z of lateral pressure is its logarithmic
+/// derivative by L.
+#[test]
+fn collisions_of_two_spheres_are_exact() {
+    let (height, width) = (3.0, 3.0);
+    let scene =
+        Scene::new(Slab::new(height, width, width).unwrap(), 2, UniformField::new(0.0).unwrap(), hot())
+            .unwrap();
+    let chains = EventChains::with_length(3.0).unwrap().vertical_fraction(1e-3).unwrap();
+    let mut simulation = Simulation::builder(scene).moves(chains).seed(3).build().unwrap();
+    let mut fit = EquationOfStateFit::new(&scene).unwrap();
+    simulation.equilibrate(100, &mut ()).unwrap();
+    simulation.run(400_000, &mut fit).unwrap();
+    let bins = fit.bins.count();
+    let split = fit.ranks.components();
+    let excess = fit.averages.jackknife(|means| {
+        let sums = &means[split + bins..split + 3 * bins];
+        [sums[bins..].iter().sum::<f64>() / sums[..bins].iter().sum::<f64>()]
+    });
+    let excess = excess.unwrap()[0];
+    let h = height - 1.0;
+    let excluded = 2.0 * std::f64::consts::PI / (h * h) * (h * 2.0 / 3.0 - 0.25) / (width * width);
+    let exact = 0.5 * excluded / (1.0 - excluded);
+    assert!(excess.deviation_from(exact).abs() < 4.0, "{excess}, exact {exact:.5}");
+    assert!(excess.standard_error < 0.01 * exact, "{excess}");
+}
+
+fn hot() -> Isothermal {
+    Isothermal::new(1.0).unwrap()
+}
+
+#[test]
+fn collisions_are_right_in_a_column_that_still_falls_and_ranks_are_not_believed() {
+    let slab = Slab::new(120.0, 6.0, 6.0).unwrap();
+    let scene =
+        Scene::with_column_density(slab, 30.0, UniformField::default(), Isothermal::new(10.0).unwrap())
+            .unwrap();
+    let mut simulation =
+        Simulation::builder(scene).start(RandomInsertion::default()).seed(1).build().unwrap();
+    let mut fit = EquationOfStateFit::new(&scene).unwrap();
+    simulation.run(1600, &mut fit).unwrap();
+    let measured = fit.result().unwrap();
+    let etas = [0.1, 0.2, 0.3];
+    let deviation = |factor: &crate::statistics::Estimate, eta: f64| {
+        factor.deviation_from(ModifiedKolafa.compressibility_factor(eta)).abs()
+    };
+    for curve in [measured.collisions(), measured.combined()] {
+        for (factor, eta) in curve.compressibility_factor_at(&etas).unwrap().iter().zip(etas) {
+            assert!(
+                deviation(factor, eta) < 4.0 && factor.standard_error < 0.04 * factor.mean,
+                "{eta}: {factor}"
+            );
+        }
+    }
+    let ranks = measured.ranks().compressibility_factor_at(&etas).unwrap();
+    assert!(ranks.iter().any(|factor| factor.standard_error > 0.04 * factor.mean), "{ranks:?}");
+}
+
+#[test]
+fn what_was_not_measured_is_refused() {
+    let slab = Slab::new(60.0, 5.0, 5.0).unwrap();
+    let scene = Scene::new(slab, 250, UniformField::default(), Isothermal::new(5.0).unwrap()).unwrap();
+    let mut fit = EquationOfStateFit::new(&scene).unwrap();
+    assert!(matches!(fit.result(), Err(Error::TooFewObservations { .. })));
+    let mut simulation = Simulation::builder(scene).seed(1).build().unwrap();
+    simulation.run(1100, &mut fit).unwrap();
+    let measured = fit.result().unwrap();
+    let highest = measured.highest_packing_fraction();
+    assert!((0.1..0.3).contains(&highest), "{highest}");
+    for eta in [-0.1, highest * 1.01, f64::NAN] {
+        assert!(measured.combined().compressibility_factor_at(&[eta]).is_err(), "{eta}");
+    }
+    // Derived quantities at zero density are those of an ideal gas.
+    let combined = measured.combined();
+    approx::assert_relative_eq!(combined.excess_chemical_potential_at(&[0.0]).unwrap()[0].mean, 0.0);
+    approx::assert_relative_eq!(combined.reduced_compressibility_at(&[0.0]).unwrap()[0].mean, 1.0);
+    let covariance = combined.covariance_at(&[0.1, 0.15]).unwrap();
+    let errors = combined.compressibility_factor_at(&[0.1, 0.15]).unwrap();
+    for (index, error) in errors.iter().enumerate() {
+        approx::assert_relative_eq!(
+            covariance[index][index].sqrt(),
+            error.standard_error,
+            max_relative = 1e-9
+        );
+    }
+    let virial = combined.virial_coefficients();
+    assert!(virial[0].deviation_from(4.0).abs() < 4.0, "{virial:?}");
+    // Another scene.
+    let other = Scene::new(slab, 251, UniformField::default(), Isothermal::new(5.0).unwrap()).unwrap();
+    assert!(fit.merge(&EquationOfStateFit::new(&other).unwrap()).is_err());
+    assert!(Simulation::builder(other).build().unwrap().run(1, &mut fit).is_err());
+}

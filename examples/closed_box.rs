@@ -25,7 +25,7 @@ fn main() -> Result<(), Error> {
 
         // The weight above a height is measured; what the lid carries has to be added.
         let (lid, base) = (walls.at(Wall::Lid)?, walls.at(Wall::Base)?);
-        profile.observer.set_open_end_pressure(lid.mean)?;
+        profile.observer.set_open_end_pressure(lid)?;
         let deviation = profile.observer.deviations_over(&[[7.0, 13.0]], &ModifiedKolafa)?[0];
         println!(
             "{acceleration:3.1}   {:<9}  {:6.3}   {:<9}  {:6.3}   {deviation}",

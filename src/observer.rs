@@ -48,7 +48,7 @@ pub trait Recorder {
     /// An event chain went over from one sphere to another that it touched.
     fn record_collision(&mut self, _collision: &Collision) {}
 
-    /// An event chain along `axis` (0 is vertical) has run its full length, in diameters.
+    /// An event chain along `axis` (0 is vertical) is over after a path of `length` diameters.
     fn record_chain(&mut self, _axis: usize, _length: f64) {}
 
     /// Whether it wants to hear of local moves. To list them takes time, which one that only listens to chains saves with `false`.

@@ -67,6 +67,15 @@ impl Wall {
         }
     }
 
+    /// The other wall.
+    #[must_use]
+    pub fn opposite(self) -> Self {
+        match self {
+            Self::Base => Self::Lid,
+            Self::Lid => Self::Base,
+        }
+    }
+
     /// The wall from which `field` pulls spheres away, on the whole.
     fn lighter(field: &(impl Field + ?Sized), slab: &Slab) -> Self {
         let rises = field.potential(slab.highest_center()) >= field.potential(slab.lowest_center());

@@ -300,6 +300,12 @@ pub enum MixingEvidence {
         /// Its height in the second half of production less that in the first.
         drift: Estimate,
     },
+    /// The center of mass began production far from where it is later.
+    #[non_exhaustive]
+    Relaxing {
+        /// Its mean height in the first eighth of production less that in the second half.
+        shift: Estimate,
+    },
     /// The slowest of what is judged has seen few independent configurations: fewer than 2.5.
     #[non_exhaustive]
     FewIndependent {
@@ -324,6 +330,11 @@ impl fmt::Display for MixingEvidence {
             Self::Drift { drift } => {
                 write!(formatter, "the center of mass still moves, by {drift} between the halves of it")
             }
+            Self::Relaxing { shift } => write!(
+                formatter,
+                "the start still relaxes: in the first eighth of it the center of mass is {shift} above where it is in the \
+                 second half"
+            ),
             Self::FewIndependent { quantity, effective_sample_size } => {
                 let number = effective_sample_size;
                 write!(formatter, "{quantity} is known as from {number:.1} independent configurations")

@@ -9,7 +9,8 @@ use crate::{Error, Field, HydrostaticProfile, Scene, TemperatureProfile, Wall, W
 pub(super) struct Expectation {
     profile: HydrostaticProfile,
     particles: usize,
-    lowest: f64,
+    /// Height of centers at the wall on which the column rests.
+    rest: f64,
 }
 
 impl Expectation {
@@ -27,7 +28,11 @@ impl Expectation {
             .hydrostatics(&FluidSolid::default())
             // The front between fluid and solid is the hardest; a metastable fluid has none, and says so.
             .or_else(|_| scene.hydrostatics(&ModifiedKolafa))?;
-        Ok(Self { profile, particles: scene.particles(), lowest: scene.slab().lowest_center() })
+        Ok(Self {
+            profile,
+            particles: scene.particles(),
+            rest: scene.open_end().opposite().contact_height(scene.slab()),
+        })
     }
 
     pub(super) fn profile(&self) -> &HydrostaticProfile {
@@ -68,7 +73,7 @@ impl Expectation {
     /// Compares a measured center of mass.
     pub(super) fn far_from(&self, center_of_mass: Estimate) -> Option<Warning> {
         let theory = self.profile.center_of_mass();
-        let far = (center_of_mass.mean - theory).abs() > Self::TOLERANCE * (theory - self.lowest)
+        let far = (center_of_mass.mean - theory).abs() > Self::TOLERANCE * (theory - self.rest).abs()
             && center_of_mass.deviation_from(theory).abs() > Self::SIGNIFICANT;
         (far && self.is_good()).then_some(Warning::FarFromTheory { center_of_mass, theory })
     }

@@ -13,7 +13,7 @@ const DENSITY_MARGIN: f64 = 0.005;
 const THINNEST: f64 = 1.0;
 /// Spheres per area of a layer that freezes, as hard discs do (doi:10.1103/PhysRevLett.107.155704). Fewer that are cold lie on
 /// the wall as a gas, whatever the weight per area over T.
-const LEAST_LAYER: f64 = 0.89;
+pub(crate) const LEAST_LAYER: f64 = 0.89;
 /// Layers at a wall are not averaged out in bands that are closer to it.
 const LAYERED: f64 = 4.0;
 /// An elastic energy of ½ · 50 T/d³ · strain² then lowers P of coexistence by some 2 %, and a crystal is as much denser

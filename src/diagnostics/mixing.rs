@@ -35,6 +35,10 @@ impl<'a> Mixing<'a> {
     /// Sixteen independent numbers have a smaller part of their variance once in a thousand runs.
     const QUIETEST: f64 = 0.25;
 
+    /// A beginning that is nearer to the rest than so many standard deviations of an equilibrium configuration shifts the
+    /// mean by a quarter of one at most.
+    const SMALLEST_SHIFT: f64 = 2.0;
+
     pub(super) fn new(monitor: &'a Monitor, required_variance: Option<f64>) -> Self {
         Self { series: monitor.center_of_mass(), required_variance, slowest: slowest(monitor) }
     }
@@ -51,6 +55,16 @@ impl<'a> Mixing<'a> {
         self.series.iter().map(|height| (height - mean) * (height - mean)).sum::<f64>() / count
     }
 
+    /// The mean of the first eighth of the series less that of its second half, with the error that equilibrium allows: the
+    /// first eighth holds a quarter as many independent configurations as the second half, one at least.
+    fn shift(&self) -> Estimate {
+        let (eighth, half) = (&self.series[..self.series.len() / 8], &self.series[self.series.len() / 2..]);
+        let rest = Mixing { series: half, ..*self };
+        let variance = rest.variance().max(self.required_variance.unwrap_or(0.0));
+        let independent = independent(&[half]).max(4.0);
+        Estimate::new(mean(eighth) - mean(half), (variance * (4.0 + 1.0) / independent).sqrt())
+    }
+
     pub(super) fn warnings(&self, sweeps: u64) -> Vec<Warning> {
         let variance = self.variance();
         if variance == 0.0 {
@@ -63,6 +77,11 @@ impl<'a> Mixing<'a> {
             if drift.deviation_from(0.0).abs() > Self::LARGEST_DRIFT && drift.mean.abs() > smallest {
                 evidence.push(MixingEvidence::Drift { drift });
             }
+        }
+        let shift = self.shift();
+        let smallest = Self::SMALLEST_SHIFT * self.required_variance.unwrap_or(0.0).sqrt();
+        if shift.deviation_from(0.0).abs() > Self::LARGEST_DRIFT && shift.mean.abs() > smallest {
+            evidence.push(MixingEvidence::Relaxing { shift });
         }
         let (quantity, effective_sample_size) = self.slowest;
         if effective_sample_size < FEWEST_INDEPENDENT {
@@ -118,6 +137,24 @@ mod tests {
         }
         // The shortest series that is judged.
         assert!(warned_of(32, 16.0, 1.0)[1] < 0.01);
+    }
+
+    /// A start that relaxes within the first tenth is warned of, though halves and memory look right.
+    #[test]
+    fn a_start_that_relaxes_is_warned_of() {
+        for seed in 0..20 {
+            let mut series = autoregressive(0.3, 128, seed);
+            let relaxing = |warnings: &[Warning]| {
+                warnings.iter().any(|warning| {
+                    matches!(warning, Warning::NotMixed { evidence: MixingEvidence::Relaxing { .. }, .. })
+                })
+            };
+            assert!(!relaxing(&of(&series, 1.0).warnings(7)));
+            for (time, value) in (0..13).zip(&mut series) {
+                *value += 25.0 * libm::exp(-0.3 * f64::from(time));
+            }
+            assert!(relaxing(&of(&series, 1.0).warnings(7)), "{seed}");
+        }
     }
 
     #[test]

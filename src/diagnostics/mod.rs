@@ -15,6 +15,7 @@ use crate::monitor::Monitor;
 use crate::moves::Engine;
 use crate::{Error, Field, Scene, TemperatureProfile, Warning};
 use expectation::Expectation;
+pub(crate) use freezing::LEAST_LAYER;
 use mixing::Mixing;
 pub(crate) use mixing::slowest;
 

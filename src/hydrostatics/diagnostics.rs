@@ -12,7 +12,7 @@ impl HydrostaticProfile {
     /// A smaller part of the spheres does not matter.
     const LEAST_SHARE: f64 = 0.01;
     /// A pressure on the lid below this part of the largest leaves P(x) right to a per cent until it has fallen to a tenth.
-    const LARGEST_LID_PRESSURE: f64 = 1e-3;
+    pub(crate) const LARGEST_LID_PRESSURE: f64 = 1e-3;
     /// An equation of state whose Z is off by more of itself is not that of hard spheres.
     const LARGEST_DEVIATION: f64 = 0.01;
     /// Relative; less is rounding.

@@ -11,6 +11,7 @@
 mod diagnostics;
 mod legendre;
 mod march;
+mod mirror;
 mod profile;
 
 pub use profile::{DomainExit, HydrostaticProfile};
@@ -19,6 +20,7 @@ use crate::equation_of_state::{DomainSide, EquationOfState};
 use crate::{Error, Field, Scene, Slab, TemperatureProfile};
 use legendre::Legendre;
 use march::{Column, Panel};
+use mirror::{Mirrored, mirrored_error};
 use std::cell::Cell;
 
 /// A scene whose theory profile is to be computed.
@@ -91,8 +93,24 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
     pub fn column_density(&self, spheres: f64) -> Result<HydrostaticProfile, Error> {
         let spheres = Error::require_positive("column density", spheres)?;
         let column = self.column()?;
-        let (ln_base_pressure, panels) = solve_for_mass(&column, spheres)?;
-        HydrostaticProfile::new(&column, ln_base_pressure, panels)
+        let hangs = |lid: &f64| self.field.potential(*lid) < self.field.potential(self.base);
+        let Some(lid) = self.lid.filter(hangs) else { return solve(&column, spheres) };
+        let base = self.base;
+        let (field, temperature) =
+            (Mirrored { inner: &self.field, base, lid }, Mirrored { inner: &self.temperature, base, lid });
+        let standing = Column {
+            field: &field,
+            temperature: &temperature,
+            equation_of_state: &self.equation_of_state,
+            base,
+            lid: Some(lid),
+            rule: column.rule,
+            trials: Cell::new(0),
+        };
+        match solve(&standing, spheres) {
+            Ok(profile) => Ok(profile.mirrored(base + lid)),
+            Err(error) => Err(mirrored_error(error, base + lid)),
+        }
     }
 
     /// Solves for `spheres` per unit of base area between the hard walls of `slab`, such that the column beyond the
@@ -198,6 +216,15 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
         Hydrostatics::new(self.field(), self.temperature(), equation_of_state)
             .between_walls(self.slab(), self.column_density())
     }
+}
+
+/// The profile with a given N/A.
+fn solve<F: Field, T: TemperatureProfile, E: EquationOfState>(
+    column: &Column<'_, F, T, E>,
+    spheres: f64,
+) -> Result<HydrostaticProfile, Error> {
+    let (ln_base_pressure, panels) = solve_for_mass(column, spheres)?;
+    HydrostaticProfile::new(column, ln_base_pressure, panels)
 }
 
 /// Finds ln P at the base for a given N/A by a bracketed secant in ln P and ln N, which is nearly a

@@ -14,22 +14,22 @@ use crate::{Error, Field, TemperatureProfile};
 /// [`domain_exit`](Self::domain_exit) says so: ask it.
 #[derive(Debug, Clone)]
 pub struct HydrostaticProfile {
-    panels: Vec<Panel>,
+    pub(super) panels: Vec<Panel>,
     /// Spheres per area below each panel.
-    below: Vec<f64>,
+    pub(super) below: Vec<f64>,
     /// Spheres per area above each panel.
-    above: Vec<f64>,
-    base: f64,
-    top: f64,
-    column_density: f64,
-    center_of_mass: f64,
-    ln_base_pressure: f64,
-    base_packing_fraction: f64,
-    lid_pressure: f64,
-    density_maximum: (f64, f64),
-    domain_exit: Option<DomainExit>,
+    pub(super) above: Vec<f64>,
+    pub(super) base: f64,
+    pub(super) top: f64,
+    pub(super) column_density: f64,
+    pub(super) center_of_mass: f64,
+    pub(super) ln_base_pressure: f64,
+    pub(super) base_packing_fraction: f64,
+    pub(super) lid_pressure: f64,
+    pub(super) density_maximum: (f64, f64),
+    pub(super) domain_exit: Option<DomainExit>,
     /// At the densest point, Z over that of the best equation of state, less 1.
-    deviation: f64,
+    pub(super) deviation: f64,
 }
 
 /// Where a profile leaves the domain of its equation of state.

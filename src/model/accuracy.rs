@@ -1,6 +1,6 @@
 //! What is asked of a model: of which quantity, how well, and where.
 
-use crate::{Error, Field, Scene, Slab, TemperatureProfile};
+use crate::{Error, Field, HydrostaticProfile, Scene, Slab, TemperatureProfile, Wall};
 use std::fmt;
 use std::ops::Range;
 
@@ -10,7 +10,7 @@ use std::ops::Range;
 pub enum Quantity {
     /// n(x): the error is the [`total_variation_distance`].
     Density,
-    /// P(x), the weight per area of what lies above x, ∫ n dφ: the error is relative.
+    /// P(x), the weight per area of what lies between x and the [open end](Scene::open_end), ∫ n dφ: the error is relative.
     Pressure,
     /// Z(x) = P/(nT): the error is relative.
     CompressibilityFactor,
@@ -23,10 +23,11 @@ impl Quantity {
 
 /// A quantity, the largest error that is tolerated, and the heights where it counts.
 ///
-/// Everything is averaged over bins one diameter high from x = 0. The error of n is the share of the spheres at a wrong
+/// Everything is averaged over bins one diameter high, the first at the wall on which the column rests: that opposite
+/// the [open end](Scene::open_end), x = 0 under a field that pulls down. The error of n is the share of the spheres at a wrong
 /// height; that of P and Z is the root mean square over the bins of the relative deviation. Bins count whose middle lies
-/// between the heights; if none are given, all of them for n, and for P and Z those above the first diameter and
-/// below the highest hundredth of the spheres.
+/// between the heights; if none are given, all of them for n, and for P and Z those beyond the first diameter
+/// without the hundredth of the spheres that is nearest to the open end.
 ///
 /// ```
 /// use gradient_mc::model::Accuracy;
@@ -46,8 +47,8 @@ pub struct Accuracy {
 }
 
 impl Accuracy {
-    /// Part of the spheres above the bins that count by default.
-    const ABOVE: f64 = 0.01;
+    /// Part of the spheres beyond the bins that count by default.
+    const BEYOND: f64 = 0.01;
 
     /// Of n: at most this share of the spheres at a wrong height.
     ///
@@ -121,7 +122,7 @@ impl Accuracy {
         model: &[f64],
         truth: &[f64],
     ) -> f64 {
-        let bins = self.bins(truth);
+        let bins = self.bins(scene, truth);
         if self.quantity == Quantity::Density {
             return total_variation_distance(part(model, &bins), part(truth, &bins));
         }
@@ -140,10 +141,15 @@ impl Accuracy {
     /// The error of an average over `samples` independent spheres of a profile, as far as they are many.
     ///
     /// With p the part of the spheres in a bin, it is ½ √(2/π) Σ √(p(1 − p)/samples) of n, over Σ p. Of P it is the root mean square
-    /// over the bins of the relative standard deviation of Σ f p over the spheres above, f the weight of one; of Z of that of Σ f p over p.
+    /// over the bins of the relative standard deviation of Σ f p over the spheres beyond, f the weight of one; of Z of that of Σ f p over p.
     #[must_use]
-    pub fn noise<F: Field, T>(&self, scene: &Scene<F, T>, profile: &[f64], samples: f64) -> f64 {
-        let bins = self.bins(profile);
+    pub fn noise<F: Field, T: TemperatureProfile>(
+        &self,
+        scene: &Scene<F, T>,
+        profile: &[f64],
+        samples: f64,
+    ) -> f64 {
+        let bins = self.bins(scene, profile);
         let all: f64 = profile.iter().sum();
         let part = |bin: usize| profile[bin] / all;
         if self.quantity == Quantity::Density {
@@ -154,14 +160,14 @@ impl Accuracy {
         }
         let (mut weight, mut squares, mut variances) = (0.0, 0.0, 0.0);
         for bin in (bins.start..profile.len()).rev() {
-            let (part, [whole, upper]) = (part(bin), weights(scene, bin));
+            let (part, [whole, outer]) = (part(bin), weights(scene, bin));
             if bins.contains(&bin) {
-                let pressure = weight + part * upper;
+                let pressure = weight + part * outer;
                 variances += if self.quantity == Quantity::CompressibilityFactor {
-                    let own = upper / pressure - 1.0 / part;
+                    let own = outer / pressure - 1.0 / part;
                     squares / (pressure * pressure) + part * own * own
                 } else {
-                    (squares + part * upper * upper) / (pressure * pressure) - 1.0
+                    (squares + part * outer * outer) / (pressure * pressure) - 1.0
                 };
             }
             weight += part * whole;
@@ -171,23 +177,31 @@ impl Accuracy {
     }
 
     /// The bins that count of a profile.
-    pub(super) fn bins(&self, profile: &[f64]) -> Range<usize> {
+    pub(super) fn bins<F: Field, T: TemperatureProfile>(
+        &self,
+        scene: &Scene<F, T>,
+        profile: &[f64],
+    ) -> Range<usize> {
         let count = profile.len();
         if let Some([lowest, highest]) = self.range {
-            // Those whose middle is not below a height, as far as there are any.
+            let (near, far) = match scene.open_end() {
+                Wall::Lid => (lowest, highest),
+                Wall::Base => (scene.slab().height() - highest, scene.slab().height() - lowest),
+            };
+            // Those whose middle is not nearer than one height nor farther than the other, as far as there are any.
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-            let [first, end] = [(lowest - 0.5).ceil(), (highest - 0.5).floor() + 1.0]
+            let [first, end] = [(near - 0.5).ceil(), (far - 0.5).floor() + 1.0]
                 .map(|bin| bin.clamp(0.0, count as f64) as usize);
             return first..end.max(first);
         }
         if self.quantity == Quantity::Density {
             return 0..count;
         }
-        let enough = Self::ABOVE * profile.iter().sum::<f64>();
-        let mut above = 0.0;
+        let enough = Self::BEYOND * profile.iter().sum::<f64>();
+        let mut beyond = 0.0;
         let thin = profile.iter().rev().take_while(|&&density| {
-            above += density;
-            above < enough
+            beyond += density;
+            beyond < enough
         });
         1..(count - thin.count()).max(1)
     }
@@ -211,17 +225,17 @@ fn part<'a>(profile: &'a [f64], bins: &Range<usize>) -> &'a [f64] {
     &profile[bins.start.min(profile.len())..bins.end.min(profile.len())]
 }
 
-/// P at the middle of each bin: the weight of what lies above.
-fn pressures<F: Field, T>(scene: &Scene<F, T>, profile: &[f64]) -> Vec<f64> {
-    let mut above = 0.0;
+/// P at the middle of each bin: the weight of what lies between it and the open end.
+fn pressures<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>, profile: &[f64]) -> Vec<f64> {
+    let mut beyond = 0.0;
     let mut pressures: Vec<f64> = profile
         .iter()
         .enumerate()
         .rev()
         .map(|(bin, density)| {
-            let [whole, upper] = weights(scene, bin);
-            let pressure = above + density * upper;
-            above += density * whole;
+            let [whole, outer] = weights(scene, bin);
+            let pressure = beyond + density * outer;
+            beyond += density * whole;
             pressure
         })
         .collect();
@@ -229,13 +243,21 @@ fn pressures<F: Field, T>(scene: &Scene<F, T>, profile: &[f64]) -> Vec<f64> {
     pressures
 }
 
-/// The mean weight of a sphere in a bin, and the part of it that counts for P at the middle: the spheres of the upper half.
-fn weights<F: Field, T>(scene: &Scene<F, T>, bin: usize) -> [f64; 2] {
-    let low = bin as f64;
-    let high = (low + 1.0).min(scene.slab().height());
-    let potential = |height: f64| scene.field().potential(height);
-    let width = high - low;
-    [(potential(high) - potential(low)) / width, (potential(high) - potential(0.5 * (low + high))) / width]
+/// The mean weight of a sphere in a bin, and the part of it that counts for P at the middle: the spheres of the outer half.
+fn weights<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>, bin: usize) -> [f64; 2] {
+    let near = bin as f64;
+    let far = (near + 1.0).min(scene.slab().height());
+    let potential = |distance: f64| scene.field().potential(height(scene, distance));
+    let width = far - near;
+    [(potential(far) - potential(near)) / width, (potential(far) - potential(0.5 * (near + far))) / width]
+}
+
+/// The height at a distance from the wall on which the column rests.
+pub(super) fn height<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>, distance: f64) -> f64 {
+    match scene.open_end() {
+        Wall::Lid => distance,
+        Wall::Base => scene.slab().height() - distance,
+    }
 }
 
 /// ½ ∫ |n′ − n| dx / ∫ n dx of two profiles, n′ of a model and n, given in the same bins: the share of the spheres that would have to
@@ -262,28 +284,38 @@ pub fn total_variation_distance(model: &[f64], truth: &[f64]) -> f64 {
     0.5 * difference / truth.iter().sum::<f64>()
 }
 
-/// Number densities averaged over bins one diameter high, from x = 0 up to the lid of `slab`, of a column that has `column_below(x)`
-/// spheres per area below x. The last bin counts as whole, so that the sum is N/A.
+/// Number densities of a theory profile averaged over bins one diameter high, from the wall on which the column of `scene` rests to
+/// its [open end](Scene::open_end), with their digits also where little is left. The last bin counts as whole, so that the sum is
+/// N/A.
 ///
 /// ```
 /// use gradient_mc::equation_of_state::ModifiedKolafa;
-/// use gradient_mc::{Hydrostatics, Slab, field::UniformField, temperature::Isothermal};
-/// let slab = Slab::new(100.0, 5.0, 5.0)?;
-/// let theory = Hydrostatics::new(UniformField::default(), Isothermal::new(5.0)?, ModifiedKolafa);
-/// let profile = theory.between_walls(&slab, 10.0)?;
-/// let densities = gradient_mc::model::densities(&slab, |height| profile.column_below(height));
+/// use gradient_mc::{Scene, Slab, field::UniformField, temperature::Isothermal};
+/// let scene = Scene::new(Slab::new(100.0, 5.0, 5.0)?, 250, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let densities = gradient_mc::model::densities(&scene, &scene.hydrostatics(&ModifiedKolafa)?);
 /// assert_eq!(densities.len(), 100);
 /// assert!((densities.iter().sum::<f64>() - 10.0).abs() < 1e-9);
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```
 #[must_use]
-pub fn densities(slab: &Slab, column_below: impl Fn(f64) -> f64) -> Vec<f64> {
-    let mut below = column_below(0.0);
+pub fn densities<F: Field, T: TemperatureProfile>(
+    scene: &Scene<F, T>,
+    profile: &HydrostaticProfile,
+) -> Vec<f64> {
+    let slab = scene.slab();
+    let beyond = |edge: usize| {
+        let height = height(scene, (edge as f64).min(slab.height()));
+        match scene.open_end() {
+            Wall::Lid => profile.column_above(height),
+            Wall::Base => profile.column_below(height),
+        }
+    };
+    let mut last = beyond(0);
     (1..=bins(slab))
         .map(|edge| {
-            let here = column_below((edge as f64).min(slab.height()));
-            let density = here - below;
-            below = here;
+            let here = beyond(edge);
+            let density = last - here;
+            last = here;
             density
         })
         .collect()

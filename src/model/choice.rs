@@ -31,9 +31,7 @@ impl Model {
         seed: u64,
     ) -> Result<Vec<f64>, Error> {
         match self {
-            Self::IdealGas(profile) | Self::Hydrostatics(profile) => {
-                Ok(densities(scene.slab(), |height| profile.column_below(height)))
-            }
+            Self::IdealGas(profile) | Self::Hydrostatics(profile) => Ok(densities(scene, profile)),
             Self::MonteCarlo(plan) => plan.densities(scene, seed),
         }
     }
@@ -103,7 +101,7 @@ pub struct ModelChoice {
     candidates: Vec<Assessment>,
     chosen: usize,
     freezing: Option<DomainExit>,
-    lid: f64,
+    open_end: f64,
 }
 
 impl ModelChoice {
@@ -117,8 +115,8 @@ impl ModelChoice {
     const FEWEST_SWEEPS: [f64; 2] = [64.0, 1e5];
     /// More sweeps than this are only written down.
     const MOST_SWEEPS: f64 = 1e12;
-    /// Part of the tolerance that the lid may carry of the pressure.
-    const LID_SHARE: f64 = 0.1;
+    /// Part of the tolerance that the wall at the open end may carry of the pressure.
+    const OPEN_END_SHARE: f64 = 0.1;
 
     pub(super) fn new<F: Field, T: TemperatureProfile>(
         scene: &Scene<F, T>,
@@ -126,7 +124,7 @@ impl ModelChoice {
     ) -> Result<Self, Error> {
         let outlook = Outlook::new(scene, &accuracy)?;
         let tolerance = accuracy.tolerance();
-        let knowable = outlook.freezing.is_none() && outlook.lid <= Self::LID_SHARE * tolerance;
+        let knowable = outlook.freezing.is_none() && outlook.open_end <= Self::OPEN_END_SHARE * tolerance;
         let formula = |model, expected_error: f64, causes| Assessment {
             model,
             expected_error,
@@ -152,7 +150,7 @@ impl ModelChoice {
         // Where nothing is known to be adequate, the one that leaves out least.
         let chosen =
             candidates.iter().position(|candidate| candidate.is_adequate).unwrap_or(candidates.len() - 1);
-        Ok(Self { accuracy, candidates, chosen, freezing: outlook.freezing, lid: outlook.lid })
+        Ok(Self { accuracy, candidates, chosen, freezing: outlook.freezing, open_end: outlook.open_end })
     }
 
     /// The cheapest adequate model, or the best there is.
@@ -180,7 +178,7 @@ impl ModelChoice {
     }
 
     /// Whether the model is expected to be as accurate as was asked for. It is not where the column freezes, nor for P and Z where
-    /// the lid carries part of the pressure, which then is no weight.
+    /// the wall at the [open end](Scene::open_end) carries part of the pressure, which then is no weight.
     #[must_use]
     pub fn is_adequate(&self) -> bool {
         self.best().is_adequate
@@ -250,11 +248,11 @@ impl fmt::Display for ModelChoice {
                  {packing_fraction:.3}): a crystal needs a wide base whose widths suit it, and starts on both sides"
             )?;
         }
-        if self.lid > Self::LID_SHARE * self.accuracy.tolerance() {
+        if self.open_end > Self::OPEN_END_SHARE * self.accuracy.tolerance() {
             writeln!(
                 formatter,
-                "  the lid carries {} of the pressure, which is no weight",
-                Percent(self.lid)
+                "  the wall at the open end carries {} of the pressure, which is no weight",
+                Percent(self.open_end)
             )?;
         }
         for candidate in &self.candidates {

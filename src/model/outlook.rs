@@ -2,14 +2,15 @@
 //!
 //! All constants are fitted to runs of columns ([`constants`](super::constants)); how is said in `docs/models.md`.
 
-use super::accuracy::{Accuracy, Quantity, densities};
+use super::accuracy::{Accuracy, Quantity, densities, height};
 use super::constants::{
     ALLOWANCE, BULK, FINITE_BASE, LAYERS, LAYERS_SCATTER, LAYERS_SHAPE, MOVES, NOISE, Noise,
 };
 use super::plan::{MonteCarloPlan, MoveFamily};
+use crate::diagnostics::LEAST_LAYER;
 use crate::equation_of_state::{FREEZING, FluidSolid, IdealGas, ModifiedKolafa};
 use crate::hydrostatics::DomainExit;
-use crate::{Error, Field, HydrostaticProfile, Hydrostatics, Scene, TemperatureProfile, temperature};
+use crate::{Error, Field, HydrostaticProfile, Hydrostatics, Scene, TemperatureProfile, Wall, temperature};
 
 /// Spheres per area of a wall that the theory between walls puts into the wrong bin, as a function of the packing fraction at the wall.
 ///
@@ -40,8 +41,10 @@ pub(super) struct Outlook {
     finite_base: f64,
     /// Error of a single configuration of one sphere.
     spread: f64,
-    /// Pressure on the lid over that at the highest bin that counts; 0 for n, which does not need it.
-    pub(super) lid: f64,
+    /// Mean distance of the spheres from the wall on which the column rests.
+    extent: f64,
+    /// Pressure at the open end over that in the outermost bin that counts; 0 for n, which does not need it.
+    pub(super) open_end: f64,
 }
 
 impl Outlook {
@@ -65,12 +68,16 @@ impl Outlook {
                 let exit = fluid.ok().and_then(|profile| profile.domain_exit());
                 let both = scene.hydrostatics(&FluidSolid::default())?;
                 let exit = exit.or_else(|| frozen_part(&both));
+                let freezes = |exit: &DomainExit| {
+                    both.column_below(exit.highest_height) - both.column_below(exit.lowest_height)
+                        >= LEAST_LAYER
+                };
+                let exit = exit.filter(freezes);
                 (both, exit)
             }
         };
-        let [points, spheres] =
-            [&ideal, &theory].map(|profile| densities(slab, |height| profile.column_below(height)));
-        let bins = accuracy.bins(&spheres);
+        let [points, spheres] = [&ideal, &theory].map(|profile| densities(scene, profile));
+        let bins = accuracy.bins(scene, &spheres);
         // Relative errors of P and Z need spheres in every bin; far up there may be none, to rounding.
         let inside = &spheres[bins.clone()];
         let nothing = match accuracy.quantity() {
@@ -79,24 +86,35 @@ impl Outlook {
         };
         if nothing {
             let requirement = "the column must have spheres between the two heights";
-            let value = bins.end as f64;
-            return Err(Error::InvalidParameter { name: "highest height", value, requirement });
+            let (name, distance) = match scene.open_end() {
+                Wall::Lid => ("highest height", bins.end),
+                Wall::Base => ("lowest height", bins.end),
+            };
+            let value = height(scene, distance as f64);
+            return Err(Error::InvalidParameter { name, value, requirement });
         }
         // Errors of what lies between two profiles, and of what is added to one.
         let mixed = |part: f64| -> Vec<f64> {
             points.iter().zip(&spheres).map(|(point, sphere)| sphere + part * (point - sphere)).collect()
         };
         let mut layered = spheres.clone();
-        let eta = [theory.base_packing_fraction(), theory.packing_fraction(theory.top())];
+        let ends = [
+            (theory.base(), theory.base_packing_fraction(), theory.base_pressure()),
+            (theory.top(), theory.packing_fraction(theory.top()), theory.lid_pressure()),
+        ];
+        let [resting, open] = match scene.open_end() {
+            Wall::Lid => ends,
+            Wall::Base => [ends[1], ends[0]],
+        };
         for (from_wall, part) in LAYERS_SHAPE.iter().enumerate().take(layered.len()) {
-            let [base, lid] = eta.map(|eta| 2.0 * layering(eta) * part);
+            let [near, far] = [resting, open].map(|(_, eta, _)| 2.0 * layering(eta) * part);
             // A part that is more than there is would have no meaning.
-            for (bin, change) in [(from_wall, base), (layered.len() - 1 - from_wall, lid)] {
+            for (bin, change) in [(from_wall, near), (layered.len() - 1 - from_wall, far)] {
                 layered[bin] = (layered[bin] + change).max(0.1 * spheres[bin]);
             }
         }
         let error = |profile: &[f64]| accuracy.error(scene, profile, &spheres);
-        let highest = theory.pressure((bins.end as f64 - 0.5).min(theory.top()));
+        let outermost = height(scene, bins.end as f64 - 0.5).clamp(theory.base(), theory.top());
         let needs_weight = accuracy.quantity() != Quantity::Density;
         Ok(Self {
             quantity: accuracy.quantity(),
@@ -106,7 +124,8 @@ impl Outlook {
             bulk: error(&mixed(BULK)),
             finite_base: error(&mixed(SMALL)) / SMALL * FINITE_BASE,
             spread: accuracy.noise(scene, &spheres, 1.0),
-            lid: if needs_weight { theory.lid_pressure() / highest } else { 0.0 },
+            extent: (theory.center_of_mass() - resting.0).abs(),
+            open_end: if needs_weight { open.2 / theory.pressure(outermost) } else { 0.0 },
             ideal,
             theory,
             freezing,
@@ -153,13 +172,13 @@ impl Outlook {
     /// Variance of a run in units of that of as many independent spheres.
     fn inefficiency(&self, family: MoveFamily) -> f64 {
         let [constant, with_packing, with_extent, varying] = self.constants(family).inefficiency;
-        let extent = self.theory.center_of_mass() - self.theory.base();
         let varying = if self.isothermal { 0.0 } else { varying };
-        libm::exp(constant + with_packing * self.densest() + with_extent * libm::log(extent) + varying)
+        libm::exp(constant + with_packing * self.densest() + with_extent * libm::log(self.extent) + varying)
     }
 
+    /// The largest packing fraction, or that of freezing: nothing was measured beyond, and the straight lines end there.
     fn densest(&self) -> f64 {
-        crate::equation_of_state::packing_fraction(self.theory.density_maximum().1)
+        crate::equation_of_state::packing_fraction(self.theory.density_maximum().1).min(FREEZING)
     }
 
     /// Statistical error of a run; the theory, at which it starts, counts for some sweeps.
@@ -178,8 +197,7 @@ impl Outlook {
     /// Trials and events of a run.
     pub(super) fn moves(&self, particles: usize, family: MoveFamily, sweeps: f64) -> f64 {
         let [dilute, slope] = MOVES[family as usize];
-        // Nothing was measured beyond freezing, and the straight lines end there.
-        particles as f64 * sweeps * (dilute + slope * self.densest().min(FREEZING))
+        particles as f64 * sweeps * (dilute + slope * self.densest())
     }
 }
 

@@ -4,7 +4,7 @@ use super::accuracy::bins;
 use crate::frame::Frame;
 use crate::moves::{EventChains, LocalMoves, Moves};
 use crate::observer::{Observer, ObserverError};
-use crate::{Error, Field, Scene, Simulation, Slab, TemperatureProfile};
+use crate::{Error, Field, Scene, Simulation, Slab, TemperatureProfile, Wall};
 use std::fmt;
 
 /// The moves of a [`MonteCarloPlan`].
@@ -149,7 +149,7 @@ impl MonteCarloPlan {
     ) -> Result<Vec<f64>, Error> {
         let mut simulation = self.simulation(scene, seed)?;
         simulation.equilibrate(self.equilibration_sweeps(), &mut ())?;
-        let mut heights = Heights::new(&self.slab);
+        let mut heights = Heights::new(scene, &self.slab);
         simulation.run(self.production_sweeps(), &mut heights)?;
         Ok(heights.densities(&self.slab))
     }
@@ -170,16 +170,17 @@ impl fmt::Display for MonteCarloPlan {
     }
 }
 
-/// Counts spheres diameter by diameter, without errors: also for a run of a few sweeps.
+/// Counts spheres diameter by diameter from the wall on which the column rests, without errors: also for a run of a few sweeps.
 #[derive(Debug, Clone)]
 struct Heights {
+    open_end: Wall,
     counts: Vec<u64>,
     frames: u64,
 }
 
 impl Heights {
-    fn new(slab: &Slab) -> Self {
-        Self { counts: vec![0; bins(slab)], frames: 0 }
+    fn new<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>, slab: &Slab) -> Self {
+        Self { open_end: scene.open_end(), counts: vec![0; bins(slab)], frames: 0 }
     }
 
     fn densities(&self, slab: &Slab) -> Vec<f64> {
@@ -192,8 +193,12 @@ impl Observer for Heights {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         self.frames += 1;
         for height in frame.heights() {
+            let distance = match self.open_end {
+                Wall::Lid => height,
+                Wall::Base => frame.slab().height() - height,
+            };
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-            let bin = (height as usize).min(self.counts.len() - 1);
+            let bin = (distance as usize).min(self.counts.len() - 1);
             self.counts[bin] += 1;
         }
         Ok(())

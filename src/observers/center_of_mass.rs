@@ -69,6 +69,8 @@ impl CenterOfMass {
     /// An estimate from every run, averaged with the runs' lengths as weights; the error is at least
     /// that of their scatter, where it is more than the errors of the runs explain.
     fn pooled(&self, estimate: impl Fn(&[f64]) -> Result<Estimate, Error>) -> Result<Estimate, Error> {
+        let estimate =
+            |run: &[f64]| estimate(run).map_err(|error| said("frames for the center of mass", error));
         let observations: usize = self.runs().map(<[f64]>::len).sum();
         if observations == 0 {
             // Ask for what the estimate needs of an empty run.
@@ -140,7 +142,8 @@ impl CenterOfMass {
     /// # Errors
     /// Those of [`autocorrelation`](statistics::autocorrelation()).
     pub fn autocorrelation(&self) -> Result<Autocorrelation, Error> {
-        statistics::autocorrelation(&self.series.heights)
+        let what = "frames for the correlation time of the center of mass, fifty of which they must hold,";
+        statistics::autocorrelation(&self.series.heights).map_err(|error| said(what, error))
     }
 
     /// Where the steady state begins in this series, as the data have it; merged replicas are not included. See
@@ -149,7 +152,8 @@ impl CenterOfMass {
     /// # Errors
     /// Those of [`equilibration`](statistics::equilibration()).
     pub fn equilibration(&self) -> Result<Equilibration, Error> {
-        statistics::equilibration(&self.series.heights)
+        let what = "frames for the steady state of the center of mass";
+        statistics::equilibration(&self.series.heights).map_err(|error| said(what, error))
     }
 
     /// What is left after relaxation, each replica cut where its own data say that its steady state
@@ -181,6 +185,16 @@ impl CenterOfMass {
         };
         let replicas = self.replicas.iter().map(cut).collect::<Result<_, Error>>()?;
         Ok(Self { run: self.run.clone(), series: cut(&self.series)?, replicas })
+    }
+}
+
+/// An error that says who asks.
+fn said(what: &'static str, error: Error) -> Error {
+    match error {
+        Error::TooFewObservations { available, needed, .. } => {
+            Error::TooFewObservations { what, available, needed }
+        }
+        error => error,
     }
 }
 

@@ -97,7 +97,8 @@ impl ChainPressureProfile {
             sample: vec![0.0; components],
             particles: 0.0,
             incomplete: 0,
-            averages: BlockAverages::new(components)?,
+            averages: BlockAverages::new(components)?
+                .said_of("frames for a profile of pressures from chains"),
         })
     }
 

@@ -54,7 +54,7 @@ impl DensityProfile {
     /// Those of [`Bins`].
     pub fn new(slab: &Slab, bins: Bins) -> Result<Self, Error> {
         let bins = bins.of(slab)?;
-        let averages = BlockAverages::new(bins.count())?;
+        let averages = BlockAverages::new(bins.count())?.said_of("frames for a density profile");
         Ok(Self { run: OneRun::in_slab(slab), bins, counts: vec![0.0; bins.count()], averages })
     }
 

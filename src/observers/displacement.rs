@@ -57,7 +57,7 @@ impl DisplacementProfile {
     /// Those of [`Bins`].
     pub fn new(slab: &Slab, bins: Bins) -> Result<Self, Error> {
         let bins = bins.of(slab)?;
-        let averages = BlockAverages::new(3 * bins.count())?;
+        let averages = BlockAverages::new(3 * bins.count())?.said_of("intervals for a displacement profile");
         Ok(Self {
             run: OneRun::in_slab(slab),
             bins,

@@ -3,7 +3,7 @@
 use super::bins::{Bins, HeightBins};
 use super::diagnostics;
 use super::one_run::OneRun;
-use super::pressure::weigh_column;
+use super::pressure::{OpenEnd, weigh_column};
 use crate::equation_of_state::{EquationOfState, packing_fraction};
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Error, Frame, Merge, Observer, ObserverError, Slab, Warning};
@@ -25,7 +25,7 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Slab, Warning};
 pub struct EquationOfStateProfile {
     run: OneRun,
     bins: HeightBins,
-    open_end_pressure: f64,
+    open_end: OpenEnd,
     /// Of the scene at the middles of the bins; empty before the first frame.
     temperatures: Vec<f64>,
     weights: Vec<f64>,
@@ -93,22 +93,22 @@ impl EquationOfStateProfile {
         Ok(Self {
             run: OneRun::in_slab(slab),
             bins,
-            open_end_pressure: 0.0,
+            open_end: OpenEnd::default(),
             temperatures: Vec::new(),
             weights: vec![0.0; bins.count()],
             sample: vec![0.0; 2 * bins.count()],
-            averages: BlockAverages::new(2 * bins.count())?,
+            averages: BlockAverages::new(2 * bins.count())?
+                .said_of("frames for an equation-of-state profile"),
         })
     }
 
-    /// Sets the pressure on the wall at the [open end](crate::Scene::open_end), which is taken as exact; it may be set after the run, since it is
-    /// added to the results.
+    /// Sets the pressure on the wall at the [open end](crate::Scene::open_end), a number that is exact or an estimate; it may be set after
+    /// the run, since it is added to the results. Its error is taken to have nothing to do with that of the weights.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] if not finite.
-    pub fn set_open_end_pressure(&mut self, pressure: f64) -> Result<(), Error> {
-        self.open_end_pressure = Error::require_finite("pressure at the open end", pressure)?;
-        Ok(())
+    /// [`Error::InvalidParameter`] unless finite.
+    pub fn set_open_end_pressure(&mut self, pressure: impl Into<Estimate>) -> Result<(), Error> {
+        self.open_end.set(pressure.into())
     }
 
     /// Frames observed.
@@ -117,11 +117,32 @@ impl EquationOfStateProfile {
         self.averages.observations()
     }
 
-    /// Density and pressure of a bin from averages of all bins.
-    fn state(&self, means: &[f64], bin: usize) -> (f64, f64) {
+    /// Density and pressure of a bin from averages of all bins and the pressure at the open end.
+    fn state(&self, means: &[f64], end: f64, bin: usize) -> (f64, f64) {
         let density = means[bin] / self.bins.volume();
-        let pressure = means[self.bins.count() + bin] / self.bins.base_area() + self.open_end_pressure;
+        let pressure = means[self.bins.count() + bin] / self.bins.base_area() + end;
         (density, pressure)
+    }
+
+    /// A function of the averages of all bins and the pressure at the open end, with errors by the jackknife and, to first
+    /// order, by that of this pressure; rows as of [`BlockAverages::jackknife_of_rows`].
+    fn estimates<R: AsRef<[f64]>>(
+        &self,
+        reaches: &[usize],
+        mut function: impl FnMut(&[f64], f64) -> R,
+    ) -> Result<Vec<Estimate>, Error> {
+        let end = self.open_end.pressure();
+        let mut estimates = self.averages.jackknife_of_rows(reaches, |means| function(means, end.mean))?;
+        if end.standard_error > 0.0 {
+            let means = self.averages.mean();
+            let low = function(&means, end.mean - end.standard_error);
+            let high = function(&means, end.mean + end.standard_error);
+            let differences = high.as_ref().iter().zip(low.as_ref());
+            for (estimate, (high, low)) in estimates.iter_mut().zip(differences) {
+                estimate.standard_error = libm::hypot(estimate.standard_error, 0.5 * (high - low));
+            }
+        }
+        Ok(estimates)
     }
 
     /// The measured states, upwards.
@@ -134,7 +155,7 @@ impl EquationOfStateProfile {
         let factors = self.ratios(|_, density, pressure, temperature| pressure / (density * temperature))?;
         let rows = self.bins.centers().zip(&self.temperatures).zip(factors).enumerate();
         let points = rows.map(|(bin, ((height, &temperature), compressibility_factor))| {
-            let (density, pressure) = self.state(&means, bin);
+            let (density, weight) = self.state(&means, 0.0, bin);
             let number_density = Estimate::new(density, errors[bin] / self.bins.volume());
             let pressure_error = errors[self.bins.count() + bin] / self.bins.base_area();
             EquationOfStatePoint {
@@ -142,7 +163,7 @@ impl EquationOfStateProfile {
                 temperature,
                 number_density,
                 packing_fraction: super::packing_fraction(number_density),
-                pressure: Estimate::new(pressure, pressure_error),
+                pressure: Estimate::new(weight, pressure_error).plus_independent(self.open_end.pressure()),
                 compressibility_factor,
             }
         });
@@ -178,7 +199,7 @@ impl EquationOfStateProfile {
         let errors = self.averages.standard_errors_of_rows(&[super::ALIKE_COUNTS, super::ALIKE_WEIGHTS])?;
         let means = self.averages.mean();
         let points = self.bins.centers().zip(deviations).enumerate().map(|(bin, (height, deviation))| {
-            let density = Estimate::new(self.state(&means, bin).0, errors[bin] / self.bins.volume());
+            let density = Estimate::new(self.state(&means, 0.0, bin).0, errors[bin] / self.bins.volume());
             DeviationPoint { height, packing_fraction: super::packing_fraction(density), deviation }
         });
         Ok(points.collect())
@@ -188,11 +209,16 @@ impl EquationOfStateProfile {
     /// to where 1 % of the spheres seen is left. Above that, and in a vacuum, bins are empty by right.
     /// [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than 2.5 independent
     /// configurations, as a run is judged; [`Warning::ReplicasDisagree`] where merged replicas do. [`Warning::WideBins`] where the
-    /// density changes too much within one.
+    /// density changes too much within one. [`Warning::LidTooLow`] if the wall at the open end bears a part of the largest pressure, and
+    /// nobody has set how much.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let mut warnings = diagnostics::of_bins(&self.bins, &self.averages);
         warnings.extend(diagnostics::too_wide(&self.bins, &self.averages, &self.temperatures));
+        if self.observations() > 0 {
+            let largest = self.averages.mean()[self.bins.count()..].iter().copied().fold(0.0, f64::max);
+            warnings.extend(self.open_end.warning(largest, self.observations()));
+        }
         warnings
     }
 
@@ -223,11 +249,11 @@ impl EquationOfStateProfile {
         mut function: impl FnMut(&[BinState]) -> R,
     ) -> Result<Vec<Estimate>, Error> {
         let mut states = Vec::with_capacity(self.bins.count());
-        self.averages.jackknife(|means| {
+        self.estimates(&[], |means, end| {
             states.clear();
             let rows = self.bins.centers().zip(&self.temperatures).enumerate();
             states.extend(rows.map(|(bin, (height, &temperature))| {
-                let (number_density, pressure) = self.state(means, bin);
+                let (number_density, pressure) = self.state(means, end, bin);
                 BinState { height, temperature, number_density, pressure }
             }));
             function(&states)
@@ -264,9 +290,9 @@ impl EquationOfStateProfile {
     /// A function of packing fraction, density, pressure and temperature for every bin, with its error;
     /// NaN where there never was a sphere.
     fn ratios(&self, function: impl Fn(f64, f64, f64, f64) -> f64) -> Result<Vec<Estimate>, Error> {
-        self.averages.jackknife_of_rows(&[super::ALIKE_COUNTS], |means| {
+        self.estimates(&[super::ALIKE_COUNTS], |means, end| {
             let states = self.temperatures.iter().enumerate().map(|(bin, &temperature)| {
-                let (density, pressure) = self.state(means, bin);
+                let (density, pressure) = self.state(means, end, bin);
                 // Counts are whole numbers: without the only block that saw a sphere this is exactly zero.
                 if density > 0.0 {
                     function(packing_fraction(density), density, pressure, temperature)
@@ -286,6 +312,7 @@ impl Merge for EquationOfStateProfile {
         self.run.require_same_scene(&other.run)?;
         self.averages.merge(&other.averages)?;
         self.run.join(&other.run);
+        self.open_end.join(&other.open_end);
         if self.temperatures.is_empty() {
             self.temperatures.clone_from(&other.temperatures);
         }
@@ -302,14 +329,17 @@ impl Observer for EquationOfStateProfile {
         }
         let (counts, pressures) = self.sample.split_at_mut(self.bins.count());
         counts.fill(0.0);
-        weigh_column(frame, &self.bins, &mut self.weights, pressures, |bin| counts[bin] += 1.0);
+        let weight = |height: f64| frame.field().acceleration(height);
+        let count = |bin: usize| counts[bin] += 1.0;
+        let contact = weigh_column(frame, &self.bins, weight, &mut self.weights, pressures, count);
         self.averages.push(&self.sample)?;
+        self.open_end.add(frame, contact);
         Ok(())
     }
 }
 
 persist!(
-    EquationOfStateProfile { part run, same bins, value open_end_pressure, value temperatures, part averages },
+    EquationOfStateProfile { part run, same bins, part open_end, value temperatures, part averages },
     |profile| profile.temperatures.is_empty() || profile.temperatures.len() == profile.bins.count()
 );
 
@@ -335,6 +365,20 @@ mod tests {
             (&mut both, &mut density, &mut pressure).observe(&scene.frame()).unwrap();
         }
         assert_eq!(both.observations(), 200);
+        // An error of the pressure at the open end is one of P and of Z.
+        let exact = both.points().unwrap();
+        let end = Estimate::new(0.5, 0.05);
+        both.set_open_end_pressure(end).unwrap();
+        pressure.set_open_end_pressure(end).unwrap();
+        let known = both.points().unwrap().into_iter().zip(exact);
+        for (row, exact) in known.filter(|(row, _)| row.compressibility_factor.standard_error.is_finite()) {
+            let (found, exact) = (row.compressibility_factor, exact.compressibility_factor);
+            let of_end = end.standard_error / (row.number_density.mean * row.temperature);
+            let error = exact.standard_error.hypot(of_end);
+            approx::assert_relative_eq!(found.standard_error, error, max_relative = 1e-10);
+            assert_eq!(found.mean.to_bits(), exact.mean.to_bits());
+        }
+        assert!(both.points().unwrap()[30].compressibility_factor.standard_error.is_finite());
         let (density, pressure) = (density.points().unwrap(), pressure.points().unwrap());
         for (row, (density, pressure)) in both.points().unwrap().iter().zip(density.iter().zip(&pressure)) {
             assert_eq!(row.number_density, density.number_density);

@@ -43,7 +43,7 @@ impl HexaticOrder {
             run: OneRun::in_slab(slab),
             heights: HeightBins::new(slab, low, high, 1)?,
             neighbors: Neighbors::new(slab, neighbor_distance)?,
-            averages: BlockAverages::new(3)?,
+            averages: BlockAverages::new(3)?.said_of("frames for the hexatic order"),
         })
     }
 

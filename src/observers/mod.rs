@@ -2,7 +2,7 @@
 //!
 //! | what | observer |
 //! |---|---|
-//! | profiles | [`DensityProfile`], [`PressureProfile`], [`EquationOfStateProfile`], [`ChainPressureProfile`], [`DisplacementProfile`] |
+//! | profiles | [`DensityProfile`], [`BalancedDensityProfile`], [`PressureProfile`], [`EquationOfStateProfile`], [`ChainPressureProfile`], [`DisplacementProfile`] |
 //! | pressure on base and lid | [`WallPressure`] |
 //! | is it steady? | [`CenterOfMass`] |
 //! | order in the plane of a layer | [`RadialDistribution`], [`NeighborAngles`], [`HexaticOrder`] |
@@ -21,6 +21,7 @@
 //! (doi:10.1103/PhysRevE.83.061306), resolves the layers near the base; what varies slowly is better
 //! measured in wider bins, up to a diameter.
 
+mod balanced_density;
 mod bins;
 mod bond_order;
 mod center_of_mass;
@@ -44,6 +45,7 @@ mod structure;
 mod test_frame;
 mod wall_pressure;
 
+pub use balanced_density::BalancedDensityProfile;
 pub use bins::{Bins, MAXIMUM_BINS};
 pub use bond_order::{BondOrder, Structure};
 pub use center_of_mass::CenterOfMass;

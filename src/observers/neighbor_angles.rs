@@ -90,7 +90,7 @@ impl NeighborAngles {
             bins,
             directions: Vec::new(),
             sample: vec![0.0; bins + 2],
-            averages: BlockAverages::new(bins + 2)?,
+            averages: BlockAverages::new(bins + 2)?.said_of("frames for neighbor angles"),
         })
     }
 

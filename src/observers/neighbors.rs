@@ -1,6 +1,5 @@
 //! Who is near whom.
 
-use crate::configuration::wrap;
 use crate::{Error, Slab};
 use nalgebra::Vector3;
 
@@ -8,7 +7,7 @@ use nalgebra::Vector3;
 ///
 /// Spheres are sorted into cells about as wide as the search radius, so finding all neighbors of all
 /// spheres takes a time proportional to their number. Distances are to the nearest periodic image in y and
-/// z. Nothing is computed unless [`gather`](Self::gather) is called, and buffers are kept from one frame
+/// z, and positions may be any images. Nothing is computed unless [`gather`](Self::gather) is called, and buffers are kept from one frame
 /// to the next.
 ///
 /// ```
@@ -153,7 +152,8 @@ impl Neighbors {
         let place = if axis == 0 {
             position[0] - self.lowest
         } else {
-            wrap(position[axis], self.slab.widths()[axis - 1])
+            // Of any image; to rounding it may be the width itself, in the last cell.
+            position[axis].rem_euclid(self.slab.widths()[axis - 1])
         };
         // A place below zero, which only positions far outside the slab have, goes to the first cell.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
@@ -243,7 +243,12 @@ mod tests {
                 let mut neighbors = Neighbors::new(&slab, radius).unwrap();
                 // What was gathered before is forgotten.
                 neighbors.gather([Vector3::new(1.0, 1.0, 1.0), Vector3::new(1.0, 1.0, 1.0)]);
-                neighbors.gather(positions.iter().copied());
+                // Any image of a sphere stands for it.
+                let image = |(sphere, position): (usize, &Vector3<f64>)| {
+                    let periods = [sphere % 5, sphere / 5 % 5].map(|period| period as f64 - 2.0);
+                    position + Vector3::new(0.0, periods[0] * widths[0], periods[1] * widths[1])
+                };
+                neighbors.gather(positions.iter().enumerate().map(image));
                 assert_eq!(neighbors.count(), spheres);
                 for (sphere, center) in positions.iter().enumerate() {
                     let expected: Vec<usize> = (0..spheres)

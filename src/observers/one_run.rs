@@ -123,6 +123,7 @@ persist!(OneRun { same slab, value scene, value last_sweep });
 mod tests {
     use super::super::test_frame::Scene;
     use super::super::{Bins, CenterOfMass, ChainPressureProfile, DensityProfile, DisplacementProfile};
+    use super::super::{EquationOfStateFit, WallPressure};
     use super::super::{EquationOfStateProfile, HexaticOrder, NeighborAngles, PressureProfile};
     use super::super::{RadialDistribution, StructureProfile};
     use super::*;
@@ -169,6 +170,10 @@ mod tests {
 
     #[test]
     fn every_observer_looks_at_one_run() {
+        let (field, temperature) = (UniformField::default(), Isothermal::new(5.0).unwrap());
+        let scene = crate::Scene::unchecked(Scene::new(20.0, &[]).slab, 3, field, temperature);
+        looks_at_one_run(&EquationOfStateFit::new(&scene).unwrap());
+        looks_at_one_run(&WallPressure::new(&scene).unwrap());
         let slab = Scene::new(20.0, &[]).slab;
         let bins = Bins::count(10);
         looks_at_one_run(&CenterOfMass::new());

@@ -2,8 +2,9 @@
 
 use super::bins::{Bins, HeightBins, Place};
 use super::one_run::OneRun;
+use crate::drive::WallContact;
 use crate::statistics::{BlockAverages, Estimate};
-use crate::{Error, Frame, Merge, Observer, ObserverError, Slab, Wall};
+use crate::{Error, Frame, HydrostaticProfile, Merge, Observer, ObserverError, Slab, Wall, Warning};
 
 /// Pressure P(x) that carries the column above,
 ///
@@ -18,7 +19,7 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Slab, Wall};
 /// usually evaluated, has one.
 ///
 /// `P_end` is what the wall at the [open end](crate::Scene::open_end) bears: zero for a column that ends before it (the
-/// default), T n(contact) there otherwise. It is taken as exact. Where the field pulls up that wall is the base, and the
+/// default), T n(contact) there otherwise, which [`WallPressure`](super::WallPressure) measures. Where the field pulls up that wall is the base, and the
 /// sum is that of −a(xᵢ) over the spheres with xᵢ < x.
 ///
 /// ```
@@ -36,7 +37,7 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Slab, Wall};
 pub struct PressureProfile {
     run: OneRun,
     bins: HeightBins,
-    open_end_pressure: f64,
+    open_end: OpenEnd,
     weights: Vec<f64>,
     pressures: Vec<f64>,
     averages: BlockAverages,
@@ -63,20 +64,20 @@ impl PressureProfile {
         Ok(Self {
             run: OneRun::in_slab(slab),
             bins,
-            open_end_pressure: 0.0,
+            open_end: OpenEnd::default(),
             weights: vec![0.0; bins.count()],
             pressures: vec![0.0; bins.count()],
-            averages: BlockAverages::new(bins.count())?,
+            averages: BlockAverages::new(bins.count())?.said_of("frames for a pressure profile"),
         })
     }
 
-    /// Sets the pressure on the wall at the [open end](crate::Scene::open_end); it may be set after the run, since it is added to the results.
+    /// Sets the pressure on the wall at the [open end](crate::Scene::open_end), a number that is exact or an estimate; it may be set after
+    /// the run, since it is added to the results. Its error is taken to have nothing to do with that of the weights.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] if not finite.
-    pub fn set_open_end_pressure(&mut self, pressure: f64) -> Result<(), Error> {
-        self.open_end_pressure = Error::require_finite("pressure at the open end", pressure)?;
-        Ok(())
+    /// [`Error::InvalidParameter`] unless finite.
+    pub fn set_open_end_pressure(&mut self, pressure: impl Into<Estimate>) -> Result<(), Error> {
+        self.open_end.set(pressure.into())
     }
 
     /// Frames observed.
@@ -89,8 +90,19 @@ impl PressureProfile {
     /// first frame.
     #[must_use]
     pub fn means(&self) -> Vec<f64> {
-        let area = self.bins.base_area();
-        self.averages.mean().into_iter().map(|weight| weight / area + self.open_end_pressure).collect()
+        let (area, end) = (self.bins.base_area(), self.open_end.pressure().mean);
+        self.averages.mean().into_iter().map(|weight| weight / area + end).collect()
+    }
+
+    /// [`Warning::LidTooLow`] if the wall at the open end bears a part of the largest pressure, and nobody has set how much.
+    #[must_use]
+    pub fn warnings(&self) -> Vec<Warning> {
+        let mut warnings = Vec::new();
+        if self.observations() > 0 {
+            let largest = self.averages.mean().into_iter().fold(0.0, f64::max);
+            warnings.extend(self.open_end.warning(largest, self.observations()));
+        }
+        warnings
     }
 
     /// The profile, upwards.
@@ -100,9 +112,9 @@ impl PressureProfile {
     pub fn points(&self) -> Result<Vec<PressurePoint>, Error> {
         let area = self.bins.base_area();
         let weights = self.averages.estimates_of_rows(&[super::ALIKE_WEIGHTS])?;
-        let points = self.bins.centers().zip(weights).map(|(height, weight)| {
-            let mean = weight.mean / area + self.open_end_pressure;
-            PressurePoint { height, pressure: Estimate::new(mean, weight.standard_error / area) }
+        let points = self.bins.centers().zip(weights).map(|(height, weight)| PressurePoint {
+            height,
+            pressure: (weight / area).plus_independent(self.open_end.pressure()),
         });
         Ok(points.collect())
     }
@@ -115,6 +127,7 @@ impl Merge for PressureProfile {
         self.run.require_same_scene(&other.run)?;
         self.averages.merge(&other.averages)?;
         self.run.join(&other.run);
+        self.open_end.join(&other.open_end);
         Ok(())
     }
 }
@@ -122,28 +135,84 @@ impl Merge for PressureProfile {
 impl Observer for PressureProfile {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         self.run.admit(frame)?;
-        weigh_column(frame, &self.bins, &mut self.weights, &mut self.pressures, |_| {});
+        let weight = |height: f64| frame.field().acceleration(height);
+        let contact = weigh_column(frame, &self.bins, weight, &mut self.weights, &mut self.pressures, |_| {});
         self.averages.push(&self.pressures)?;
+        self.open_end.add(frame, contact);
         Ok(())
     }
 }
 
+/// What a profile of pressures knows of the wall at the open end.
+#[derive(Debug, Clone, Default)]
+pub(super) struct OpenEnd {
+    /// The pressure on it, once it has been set.
+    pressure: Option<Estimate>,
+    /// Its height, once a frame has been seen.
+    height: Option<f64>,
+    /// T n(contact) times the area, summed over frames.
+    contacts: f64,
+}
+
+impl OpenEnd {
+    pub(super) fn set(&mut self, pressure: Estimate) -> Result<(), Error> {
+        Error::require_finite("pressure at the open end", pressure.mean)?;
+        Error::require_finite("standard error of the pressure at the open end", pressure.standard_error)?;
+        self.pressure = Some(pressure);
+        Ok(())
+    }
+
+    /// The pressure that was set, or none.
+    pub(super) fn pressure(&self) -> Estimate {
+        self.pressure.unwrap_or(Estimate::exact(0.0))
+    }
+
+    /// Adds T n(contact) A of a frame.
+    pub(super) fn add(&mut self, frame: &Frame<'_>, contact: f64) {
+        self.height = Some(match frame.scene().open_end() {
+            Wall::Lid => frame.slab().height(),
+            Wall::Base => 0.0,
+        });
+        self.contacts += contact;
+    }
+
+    /// Takes in what a replica has seen.
+    pub(super) fn join(&mut self, other: &Self) {
+        self.height = self.height.or(other.height);
+        self.contacts += other.contacts;
+    }
+
+    /// That the wall bears a part of the largest pressure, where the largest mean weight on a bin is `largest`, if nobody has
+    /// set how much.
+    pub(super) fn warning(&self, largest: f64, frames: u64) -> Option<Warning> {
+        let (None, Some(lid)) = (self.pressure, self.height) else { return None };
+        let contact = self.contacts / frames as f64;
+        let pressure_ratio = contact / (contact + largest);
+        (pressure_ratio > HydrostaticProfile::LARGEST_LID_PRESSURE)
+            .then_some(Warning::LidTooLow { lid, pressure_ratio })
+    }
+}
+
 /// Sets `pressures` to the exact means over bins of the weight between a height and the open end (not yet divided by the
-/// area), using `weights` as scratch, and calls `count` with the bin of every sphere inside.
+/// area), where `weight` is that of a sphere by its height, using `weights` as scratch, and calls `count` with the bin of every
+/// sphere inside. Returns T n(contact) at the open end times the area.
 pub(super) fn weigh_column(
     frame: &Frame<'_>,
     bins: &HeightBins,
+    weight: impl Fn(f64) -> f64,
     weights: &mut [f64],
     pressures: &mut [f64],
     mut count: impl FnMut(usize),
-) {
+) -> f64 {
     weights.fill(0.0);
     pressures.fill(0.0);
-    let field = frame.field();
     let (mut above, mut all) = (0.0, 0.0);
+    let end = frame.scene().open_end().contact_height(frame.slab());
+    let mut contact = WallContact::default();
     for height in frame.heights() {
-        let weight = field.acceleration(height);
+        let weight = weight(height);
         all += weight;
+        contact.add((end - height).abs());
         match bins.locate(height) {
             Place::Below => {}
             Place::Above => above += weight,
@@ -161,9 +230,12 @@ pub(super) fn weigh_column(
         *pressure += above;
         above += *weight;
     }
+    contact.density_times_area() * frame.temperature().temperature(end)
 }
 
-persist!(PressureProfile { part run, same bins, value open_end_pressure, part averages });
+persist!(PressureProfile { part run, same bins, part open_end, part averages });
+
+persist!(OpenEnd { value pressure, value height, value contacts });
 
 #[cfg(test)]
 mod tests {
@@ -217,5 +289,41 @@ mod tests {
         approx::assert_relative_eq!(fine.means()[0], 300.0 / 25.0, max_relative = 1e-12);
         assert!(coarse.merge(&fine).is_err());
         assert!(coarse.set_open_end_pressure(f64::NAN).is_err());
+    }
+
+    #[test]
+    fn what_the_open_end_bears_is_missed_until_it_is_set() {
+        let profile = |heights: &[f64]| {
+            let scene = Scene::new(10.0, heights);
+            let mut profile = PressureProfile::new(&scene.slab, Bins::count(5)).unwrap();
+            assert_eq!(profile.warnings(), []);
+            for _ in 0..16 {
+                profile.observe(&scene.frame()).unwrap();
+            }
+            profile
+        };
+        assert_eq!(profile(&[1.0, 5.0]).warnings(), []);
+        let mut near = profile(&[1.0, 9.48]);
+        let warnings = near.warnings();
+        assert!(matches!(warnings[..], [Warning::LidTooLow { lid: 10.0, .. }]), "{warnings:?}");
+        let mut pooled = profile(&[2.0, 5.0]);
+        pooled.merge(&near).unwrap();
+        assert_eq!(pooled.warnings().len(), 1);
+        let mut fresh = PressureProfile::new(&Scene::new(10.0, &[]).slab, Bins::count(5)).unwrap();
+        fresh.merge(&near).unwrap();
+        assert_eq!(fresh.warnings(), warnings);
+        // The weights are the same in all frames.
+        let without = near.points().unwrap();
+        near.set_open_end_pressure(Estimate::new(2.0, 0.3)).unwrap();
+        assert_eq!(near.warnings(), []);
+        for (point, without) in near.points().unwrap().iter().zip(without) {
+            approx::assert_relative_eq!(
+                point.pressure.mean,
+                without.pressure.mean + 2.0,
+                max_relative = 1e-14
+            );
+            approx::assert_relative_eq!(point.pressure.standard_error, 0.3, max_relative = 1e-12);
+        }
+        assert!(near.set_open_end_pressure(Estimate::new(1.0, f64::NAN)).is_err());
     }
 }

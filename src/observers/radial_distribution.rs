@@ -89,7 +89,7 @@ impl RadialDistribution {
             neighbors,
             bins,
             sample: vec![0.0; bins + 1],
-            averages: BlockAverages::new(bins + 1)?,
+            averages: BlockAverages::new(bins + 1)?.said_of("frames for a radial distribution"),
         })
     }
 

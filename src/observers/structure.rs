@@ -61,7 +61,7 @@ impl StructureProfile {
     pub fn new(slab: &Slab, bins: Bins) -> Result<Self, Error> {
         let bins = bins.of(slab)?;
         let components = VALUES * bins.count();
-        let averages = BlockAverages::new(components)?;
+        let averages = BlockAverages::new(components)?.said_of("frames for a structure profile");
         Ok(Self {
             run: OneRun::in_slab(slab),
             bins,

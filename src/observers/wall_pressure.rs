@@ -39,7 +39,7 @@ use crate::{
 /// simulation.equilibrate(100, &mut ())?;
 /// simulation.run(400, &mut (&mut profile, &mut walls))?;
 /// println!("pressure on the lid: {}", walls.at(Wall::Lid)?);
-/// profile.set_open_end_pressure(walls.at(scene.open_end())?.mean)?;
+/// profile.set_open_end_pressure(walls.at(scene.open_end())?)?;
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```
 #[derive(Debug, Clone)]
@@ -88,7 +88,7 @@ impl WallPressure {
             transferred: 0.0,
             path: 0.0,
             incomplete: 0,
-            averages: BlockAverages::new(Self::COMPONENTS)?,
+            averages: BlockAverages::new(Self::COMPONENTS)?.said_of("frames for the pressure on a wall"),
         })
     }
 

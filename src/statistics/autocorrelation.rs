@@ -40,7 +40,8 @@ pub struct Autocorrelation {
 /// ```
 ///
 /// # Errors
-/// [`Error::TooFewObservations`] for a series shorter than 50 τ, whose τ cannot be trusted;
+/// [`Error::TooFewObservations`] for a series shorter than 50 τ, whose τ cannot be trusted, so that what is needed is rounded up to
+/// two figures;
 /// [`Error::InvalidParameter`] if the series never changes or holds a number that is not finite.
 pub fn autocorrelation(series: &[f64]) -> Result<Autocorrelation, Error> {
     const WINDOW_IN_TIMES: f64 = 5.0;
@@ -87,12 +88,21 @@ pub fn autocorrelation(series: &[f64]) -> Result<Autocorrelation, Error> {
     if length < LENGTH_IN_TIMES * time {
         // τ is far below 2^53 / 50.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let needed = (LENGTH_IN_TIMES * time).ceil() as usize;
+        let needed = rounded_up(LENGTH_IN_TIMES * time) as usize;
         return Err(Error::TooFewObservations { what: WHAT, available: count, needed });
     }
     let standard_error = time.abs() * (2.0 * (2.0 * window as f64 + 1.0) / length).sqrt();
     let effective_sample_size = length / (2.0 * time).max(1.0);
     Ok(Autocorrelation { time: Estimate::new(time, standard_error), window, effective_sample_size })
+}
+
+/// A number that is known roughly, to two figures.
+fn rounded_up(number: f64) -> f64 {
+    let mut unit = 1.0;
+    while number > 100.0 * unit {
+        unit *= 10.0;
+    }
+    unit * (number / unit).ceil()
 }
 
 #[cfg(test)]
@@ -145,7 +155,17 @@ mod tests {
         }
 
         let slow: Vec<f64> = (0..1000).map(f64::from).collect();
-        assert!(matches!(autocorrelation(&slow), Err(Error::TooFewObservations { available: 1000, .. })));
+        // Of 1000 numbers that rise evenly Sokal's window says 92: some 4600.
+        let needed = match autocorrelation(&slow) {
+            Err(Error::TooFewObservations { available: 1000, needed, .. }) => needed,
+            other => panic!("{other:?}"),
+        };
+        assert!(needed > 1000 && needed % 100 == 0, "{needed}");
+        for (number, rounded) in
+            [(25.2, 26.0), (100.0, 100.0), (100.1, 110.0), (4088.0, 4100.0), (99_500.0, 1e5)]
+        {
+            approx::assert_relative_eq!(rounded_up(number), rounded, max_relative = 1e-14);
+        }
         assert!(matches!(autocorrelation(&[1.0; 10]), Err(Error::TooFewObservations { .. })));
         for value in [2.0, 12.7, 0.1, -1e-300] {
             let still = autocorrelation(&[value; 1000]);

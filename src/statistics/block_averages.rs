@@ -1,13 +1,9 @@
 //! Averages of vectors in bounded memory.
 
-mod merge;
-#[cfg(feature = "checkpoint")]
-mod saved;
-
-use super::memory::{self, Correlation, Memory, Pooled};
+use super::jackknife::{Jackknife, correlation, errors};
+use super::memory::{Correlation, Memory, Pooled};
 use super::{Estimate, MINIMUM_BLOCKS};
-use crate::Error;
-use nalgebra::{DMatrix, DVector};
+use crate::{Error, Merge};
 
 /// Averages of vectors that arrive one by one, with errors of means and of functions of means.
 ///
@@ -62,6 +58,8 @@ pub struct BlockAverages {
     /// What is left of the replicas beyond their complete blocks: it counts in the mean only.
     remainder: Vec<f64>,
     remainder_observations: u64,
+    /// What is observed, and for what.
+    what: &'static str,
 }
 
 impl BlockAverages {
@@ -97,7 +95,13 @@ impl BlockAverages {
             replica_blocks: Vec::new(),
             remainder: vec![0.0; components],
             remainder_observations: 0,
+            what: "observations for a standard error",
         }
+    }
+
+    /// Those of an observer: what it says to be too few.
+    pub(crate) fn said_of(self, what: &'static str) -> Self {
+        Self { what, ..self }
     }
 
     /// Number of components.
@@ -336,7 +340,7 @@ impl BlockAverages {
             }
             without.push(of_replica);
         }
-        Ok(Jackknife { values, without, share: blocks * length / self.observations() as f64 })
+        Ok(Jackknife::new(values, without, blocks * length / self.observations() as f64))
     }
 
     /// Sums over complete blocks of every replica that has any.
@@ -347,7 +351,7 @@ impl BlockAverages {
             let saturated = |number: u64| usize::try_from(number).unwrap_or(usize::MAX);
             let needed = (MINIMUM_BLOCKS as u64 * self.block_length).max(observations + 1);
             return Err(Error::TooFewObservations {
-                what: "observations for a standard error",
+                what: self.what,
                 available: saturated(observations),
                 needed: saturated(needed),
             });
@@ -365,94 +369,60 @@ impl BlockAverages {
     }
 }
 
-/// The errors of the means of all observations, of which a `share` is in complete blocks, of what these say.
-fn errors(series: &[Vec<Vec<f64>>], reaches: &[usize], share: f64) -> Vec<Pooled> {
-    let correlations: Vec<Correlation> = series.iter().map(|replicas| correlation(replicas)).collect();
-    let row = (series.len() / reaches.len().max(1)).max(1);
-    let pooled = series.iter().enumerate().map(|(index, replicas)| {
-        let reach = reaches.get(index / row).copied().unwrap_or(0);
-        let first = index / row * row;
-        let last = (first + row).min(series.len());
-        // The component itself comes first.
-        let alike = [index]
-            .into_iter()
-            .chain(index.saturating_sub(reach).max(first)..index)
-            .chain(index + 1..(index + reach + 1).min(last));
-        let alike: Vec<&Correlation> = alike.map(|other| &correlations[other]).collect();
-        let replicas: Vec<&[f64]> = replicas.iter().map(|replica| &replica[..]).collect();
-        let pooled = memory::pooled(&replicas, &correlations[index], &Memory::of(&alike));
-        Pooled { standard_error: pooled.standard_error * share.sqrt(), ..pooled }
-    });
-    pooled.collect()
-}
-
-/// Functions of the means of all observations, and of all but every block.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Jackknife {
-    values: Vec<f64>,
-    /// Replica by replica and block by block.
-    without: Vec<Vec<Vec<f64>>>,
-    /// Of the observations that are in complete blocks.
-    share: f64,
-}
-
-impl Jackknife {
-    /// The functions of the means of all observations.
-    pub(crate) fn values(&self) -> &[f64] {
-        &self.values
-    }
-
-    /// Covariances of functions of those functions: the errors are those of [`estimates`](Self::estimates), the correlations
-    /// those of what single blocks say.
-    pub(crate) fn covariance<R: AsRef<[f64]>>(&self, mut function: impl FnMut(&[f64]) -> R) -> DMatrix<f64> {
-        let center = function(&self.values).as_ref().to_vec();
-        let estimates = self.estimates(&mut function);
-        let mut products = DMatrix::zeros(center.len(), center.len());
-        for block in self.without.iter().flatten() {
-            let mut distance = DVector::from_column_slice(function(block).as_ref());
-            distance -= DVector::from_column_slice(&center);
-            products += &distance * distance.transpose();
+/// The shorter blocks of the two are first merged to the length of the longer. Blocks of different
+/// replicas are never merged with each other, so a replica's slow modes stay visible as a difference
+/// between blocks. Memory grows with the number of replicas.
+impl Merge for BlockAverages {
+    fn merge(&mut self, other: &Self) -> Result<(), Error> {
+        self.require_components(other.components)?;
+        let mut other = other.clone();
+        while self.block_length < other.block_length {
+            self.coarsen();
         }
-        DMatrix::from_fn(center.len(), center.len(), |row, column| {
-            let correlation =
-                products[(row, column)] / (products[(row, row)] * products[(column, column)]).sqrt();
-            correlation * estimates[row].standard_error * estimates[column].standard_error
-        })
-    }
-
-    /// Functions of those functions, with errors. `function` must return the same number of values each time: it is as if
-    /// values that are missing in any call were NaN.
-    pub(crate) fn estimates<R: AsRef<[f64]>>(&self, function: impl FnMut(&[f64]) -> R) -> Vec<Estimate> {
-        self.estimates_of_rows(&[], function)
-    }
-
-    /// The same for values that are rows in which neighbors are alike.
-    fn estimates_of_rows<R: AsRef<[f64]>>(
-        &self,
-        reaches: &[usize],
-        mut function: impl FnMut(&[f64]) -> R,
-    ) -> Vec<Estimate> {
-        let values = function(&self.values).as_ref().to_vec();
-        let others = self.without.iter().map(Vec::len).sum::<usize>() as f64 - 1.0;
-        // What every block says, value by value and replica by replica: (n − 1) times the value without it.
-        let mut said = vec![vec![Vec::new(); self.without.len()]; values.len()];
-        for (replica, blocks) in self.without.iter().enumerate() {
-            for block in blocks {
-                let without = function(block);
-                let without = without.as_ref().iter().copied().chain(std::iter::repeat(f64::NAN));
-                for ((of_value, value), without) in said.iter_mut().zip(&values).zip(without) {
-                    of_value[replica].push(others * (value - without));
-                }
-            }
+        while other.block_length < self.block_length {
+            other.coarsen();
         }
-        let estimates = values.iter().zip(errors(&said, reaches, self.share));
-        estimates.map(|(&value, error)| Estimate::new(value, error.standard_error)).collect()
+        self.replica_sums.extend_from_slice(&other.replica_sums);
+        self.replica_sums.extend_from_slice(&other.sums);
+        self.replica_blocks.extend_from_slice(&other.replica_blocks);
+        self.replica_blocks.push(other.sums.len() / other.components);
+        add(&mut self.remainder, &other.remainder);
+        add(&mut self.remainder, &other.partial);
+        self.remainder_observations += other.remainder_observations + other.partial_observations;
+        Ok(())
     }
 }
 
-/// Of blocks with later ones of the same replica.
-fn correlation(replicas: &[Vec<f64>]) -> Correlation {
-    Correlation::of(&replicas.iter().map(|replica| &replica[..]).collect::<Vec<_>>())
+persist!(
+    BlockAverages {
+        same components,
+        count block_length,
+        value sums,
+        slice partial,
+        count partial_observations,
+        value replica_sums,
+        value replica_blocks,
+        slice remainder,
+        count remainder_observations,
+    },
+    |averages| averages.makes_sense()
+);
+
+#[cfg(feature = "checkpoint")]
+impl BlockAverages {
+    /// Whether there are whole blocks, no more than there can be.
+    fn makes_sense(&self) -> bool {
+        let own = self.sums.len() / self.components;
+        let replicas = self.replica_sums.len() / self.components;
+        let listed = self.replica_blocks.iter().try_fold(0_usize, |sum, blocks| sum.checked_add(*blocks));
+        self.block_length.is_power_of_two()
+            && self.partial_observations < self.block_length
+            && own < Self::MAXIMUM_BLOCKS
+            && own * self.components == self.sums.len()
+            && replicas * self.components == self.replica_sums.len()
+            && listed == Some(replicas)
+            && self.block_length.checked_mul((own + replicas) as u64).is_some_and(|count| count <= 1 << 60)
+    }
 }
 
 /// Replaces blocks by the sums of neighboring pairs, and returns the last block if it has no partner.

@@ -39,6 +39,13 @@ pub struct Estimate {
     pub standard_error: f64,
 }
 
+/// A number without an error.
+impl From<f64> for Estimate {
+    fn from(value: f64) -> Self {
+        Self::exact(value)
+    }
+}
+
 impl Estimate {
     /// A value with its standard error.
     #[must_use]

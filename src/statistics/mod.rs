@@ -19,6 +19,7 @@ mod chi_squared;
 pub mod deviations;
 mod equilibration;
 mod estimate;
+mod jackknife;
 mod memory;
 mod replicas;
 #[cfg(test)]
@@ -26,12 +27,12 @@ pub(crate) mod test_series;
 
 pub use autocorrelation::{Autocorrelation, autocorrelation};
 pub use block_averages::BlockAverages;
-pub(crate) use block_averages::Jackknife;
 pub(crate) use blocking::plateau;
 pub use blocking::{blocking, drift, variance};
 pub(crate) use chi_squared::chi_squared_quantile;
 pub use equilibration::{Equilibration, equilibration};
 pub use estimate::Estimate;
+pub(crate) use jackknife::Jackknife;
 pub(crate) use memory::{FEWEST_INDEPENDENT, independent, scattered};
 pub use replicas::mean_of_replicas;
 

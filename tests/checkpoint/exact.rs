@@ -7,9 +7,9 @@ use gradient_mc::drive::{
 use gradient_mc::field::{ExponentialField, UniformField};
 use gradient_mc::moves::{EventChains, FieldEvent, LocalMoves, Moves};
 use gradient_mc::observers::{
-    Bins, CenterOfMass, ChainPressureProfile, DensityProfile, DisplacementProfile, EquationOfStateFit,
-    EquationOfStateProfile, HexaticOrder, NeighborAngles, PressureProfile, RadialDistribution,
-    StructureProfile, WallPressure,
+    BalancedDensityProfile, Bins, CenterOfMass, ChainPressureProfile, DensityProfile, DisplacementProfile,
+    EquationOfStateFit, EquationOfStateProfile, HexaticOrder, NeighborAngles, PressureProfile,
+    RadialDistribution, StructureProfile, WallPressure,
 };
 use gradient_mc::start::{ClosePacked, RandomInsertion};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
@@ -21,7 +21,7 @@ use gradient_mc::{
 type All = (
     (DensityProfile, PressureProfile, EquationOfStateProfile, Every<ChainPressureProfile>),
     (Every<DisplacementProfile>, CenterOfMass, Option<HexaticOrder>),
-    Box<(StructureProfile, EquationOfStateFit, WallPressure)>,
+    Box<(StructureProfile, EquationOfStateFit, WallPressure, BalancedDensityProfile)>,
     Every<(NeighborAngles, RadialDistribution)>,
 );
 
@@ -44,6 +44,7 @@ fn all<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>) -> All {
             StructureProfile::new(slab, bins).unwrap(),
             EquationOfStateFit::new(scene).unwrap(),
             WallPressure::new(scene).unwrap(),
+            BalancedDensityProfile::new(slab, bins).unwrap(),
         )),
         Every::new(
             3,

@@ -167,7 +167,7 @@ fn another_observer_is_refused_with_what_differs() {
     let mut others = Every::new(2, DensityProfile::new(&slab, Bins::count(4)).unwrap());
     assert_eq!(mismatch(resume(&mut others))[0], "observer.bins");
     let mut others = Every::new(2, PressureProfile::new(&slab, Bins::count(3)).unwrap());
-    assert_eq!(mismatch(resume(&mut others)), ["content of observer", "averages", "open_end_pressure"]);
+    assert_eq!(mismatch(resume(&mut others)), ["content of observer", "averages", "open_end"]);
     assert!(matches!(resume(&mut ()), Err(Error::CheckpointDamaged { .. })));
     assert_eq!(mismatch(resume(&mut CenterOfMass::new()))[1..], ["interval", "run"]);
     assert_eq!(mismatch(resume(&mut Some(density())))[1..], ["interval", "presence"]);

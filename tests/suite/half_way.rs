@@ -3,7 +3,9 @@
 use gradient_mc::drive::{Drive, EffectivePotential, Scheme};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
-use gradient_mc::observers::{Bins, ChainPressureProfile, DisplacementProfile, EquationOfStateProfile};
+use gradient_mc::observers::{
+    Bins, ChainPressureProfile, DisplacementProfile, EquationOfStateFit, EquationOfStateProfile,
+};
 use gradient_mc::start::Positions;
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{
@@ -141,7 +143,8 @@ fn intervals_with_a_failed_sweep_do_not_count() {
         let mut simulation = Simulation::builder(scene).moves(moves).seed(1).build().unwrap();
         let displacement = DisplacementProfile::new(&slab, Bins::count(1)).unwrap();
         let chains = ChainPressureProfile::new(&slab, Bins::count(1)).unwrap();
-        let mut observers = (displacement, chains);
+        let fit = EquationOfStateFit::new(simulation.scene()).unwrap();
+        let mut observers = (displacement, chains, fit);
         simulation.run(40, &mut observers).unwrap();
         // Where the fault is met in the middle of a sweep, and of a chain; ten times in one interval, and once more.
         for times in [10, 1] {
@@ -154,6 +157,11 @@ fn intervals_with_a_failed_sweep_do_not_count() {
         }
         assert_eq!(simulation.sweep(), 60);
         assert_eq!((observers.0.observations(), observers.1.observations()), (57, 60));
+        // The last interval of 64 began at the frame after the last failure, the 51st.
+        simulation.run(53, &mut observers).unwrap();
+        assert_eq!(observers.2.intervals(), 0);
+        simulation.run(1, &mut observers).unwrap();
+        assert_eq!(observers.2.intervals(), 1);
         if simulation.move_counts().trials > 0 && simulation.move_counts().chains == 0 {
             // One trial per sphere and sweep.
             let rate = observers.0.points().unwrap()[0].accepted_per_sweep.mean;

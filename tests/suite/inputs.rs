@@ -98,6 +98,9 @@ fn observers_without_frames_say_so() {
                 matches!(answer, Some(Error::TooFewObservations { .. })),
                 "{what} after {frames} frames: {answer:?}"
             );
+            // It says who asks.
+            let answer = answer.unwrap().to_string();
+            assert!(answer.contains(" for ") && !answer.contains("for a standard error"), "{what}: {answer}");
         }
         assert!(density.warnings().len() < 2 && state.warnings().len() < 2);
         let profiles = (&mut density, &mut pressure, &mut state, &mut chains);

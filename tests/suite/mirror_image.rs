@@ -3,6 +3,7 @@
 use gradient_mc::drive::{Adaptation, Drive, EquationOfStateClosure, Instantaneous, Scheme};
 use gradient_mc::equation_of_state::FluidSolid;
 use gradient_mc::field::UniformField;
+use gradient_mc::model::{Accuracy, Quantity};
 use gradient_mc::observers::{Bins, DensityProfile, EquationOfStateProfile, PressureProfile};
 use gradient_mc::start::{Positions, Start, Theory};
 use gradient_mc::temperature::ExponentialTemperature;
@@ -125,5 +126,98 @@ fn verdicts_and_profiles_of_runs() {
             }
         }
         assert!(compared > 30, "{compared}");
+    }
+}
+
+/// A column of `spheres` over 5 x 5 under a lid at `height`, with `temperature` there, which varies at the rate `decay_rate`, and
+/// its mirror image.
+fn pair(height: f64, spheres: usize, temperature: f64, decay_rate: f64) -> [Column; 2] {
+    let slab = Slab::new(height, 5.0, 5.0).unwrap();
+    let scene = |acceleration: f64, base: f64, rate: f64| {
+        let profile = ExponentialTemperature::new(base, rate).unwrap();
+        Scene::new(slab, spheres, UniformField::new(acceleration).unwrap(), profile).unwrap()
+    };
+    let at_base = temperature * libm::exp(-decay_rate * height);
+    [scene(-1.0, at_base, -decay_rate), scene(1.0, temperature, decay_rate)]
+}
+
+#[test]
+fn models_for_a_scene() {
+    // Dilute and dense, in a slab of whole diameters and not, with T that varies, under a lid that is too low, and one that freezes.
+    let scenes = [
+        (20.0, 20, 1.5, 0.0),
+        (20.3, 75, 1.5, 0.0),
+        (30.6, 50, 2.0, 0.03),
+        (12.0, 50, 4.0, 0.0),
+        (30.0, 500, 0.5, 0.0),
+    ];
+    for (height, spheres, temperature, decay_rate) in scenes {
+        let scenes = pair(height, spheres, temperature, decay_rate);
+        for quantity in Quantity::ALL {
+            for (tolerance, near) in [(0.2, None), (0.01, None), (0.05, Some([1.0, 4.0]))] {
+                let accuracy = Accuracy::new(quantity, tolerance).unwrap();
+                let of = |[low, high]: [f64; 2]| accuracy.between(low, high).unwrap();
+                let mirrored = |[low, high]: [f64; 2]| [height - high, height - low];
+                let [down, up] = [near.map(mirrored), near].map(|range| range.map_or(accuracy, of));
+                let case = format!("{height} {spheres} {temperature} {decay_rate} {up}");
+                let choices = [scenes[0].model_for(down).unwrap(), scenes[1].model_for(up).unwrap()];
+                let [hanging, standing] = &choices;
+                assert_eq!(hanging.is_adequate(), standing.is_adequate(), "{case}");
+                // What is said of heights and of the open end; and the models, with their errors.
+                let lines = choices.each_ref().map(|choice| choice.to_string().lines().count());
+                assert_eq!(lines[0], lines[1], "{case}");
+                let freezing = choices.each_ref().map(gradient_mc::model::ModelChoice::freezing);
+                assert_eq!(freezing[0].is_some(), spheres == 500, "{case}");
+                assert_eq!(freezing[1].is_some(), spheres == 500, "{case}");
+                for (found, expected) in hanging.candidates().iter().zip(standing.candidates()) {
+                    assert_eq!(found.is_adequate, expected.is_adequate, "{case}");
+                    let (error, same) = (found.expected_error, expected.expected_error);
+                    assert!((error - same).abs() < 1e-6 * same, "{case}: {error} instead of {same}");
+                    let moves = (found.expected_moves, expected.expected_moves);
+                    assert!((moves.0 - moves.1).abs() <= 1e-3 * moves.1, "{case}: {moves:?}");
+                }
+                let theory = |of: usize| choices[of].candidates()[1].model.densities(&scenes[of], 0).unwrap();
+                let [found, expected] = [theory(0), theory(1)];
+                for (found, expected) in found.into_iter().zip(expected) {
+                    close(found, expected);
+                }
+            }
+        }
+    }
+}
+
+/// A few cold spheres lie on a wall as a gas, however little room they have.
+#[test]
+fn thin_cold_layers_do_not_freeze() {
+    for spheres in [2, 20] {
+        for scene in pair(12.0, spheres, 0.005, 0.0) {
+            let choice = scene.model_for(Accuracy::density(0.05).unwrap()).unwrap();
+            assert!(choice.freezing().is_none() && choice.is_adequate(), "{choice}");
+        }
+    }
+    for scene in pair(12.0, 50, 0.005, 0.0) {
+        assert!(scene.model_for(Accuracy::density(0.05).unwrap()).unwrap().freezing().is_some());
+    }
+}
+
+/// The theory of a column is that of its mirror image also where next to nothing is left at the far wall; and a run can start from it.
+#[test]
+fn cold_columns() {
+    for spheres in [10, 50, 200] {
+        let scenes = pair(12.0, spheres, 0.005, 0.0).map(|scene| {
+            let slab = Slab::new(12.0, 10.0, 10.0).unwrap();
+            Scene::new(slab, spheres, *scene.field(), *scene.temperature()).unwrap()
+        });
+        let [hanging, standing] =
+            scenes.each_ref().map(|scene| scene.hydrostatics(&FluidSolid::default()).unwrap());
+        close(hanging.lid_pressure(), standing.base_pressure());
+        for step in 0..=240 {
+            let height = 0.05 * f64::from(step);
+            close(hanging.column_below(height), standing.column_above(12.0 - height));
+            close(hanging.pressure(height), standing.pressure(12.0 - height));
+        }
+        for scene in scenes {
+            Simulation::builder(scene).seed(1).build().unwrap();
+        }
     }
 }

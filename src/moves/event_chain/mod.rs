@@ -257,38 +257,41 @@ impl Engine {
             let length = 2.0 * mean * unit(sweep.generator);
             self.advance += length;
             let sphere = index(sweep.generator, particles);
-            if axis == 0 {
+            let mut left = length;
+            let outcome = if axis == 0 {
                 let rising = unit(sweep.generator) < 0.5;
-                self.vertical_chain(sweep, sphere, rising, length)?;
+                let outcome = self.vertical_chain(sweep, sphere, rising, &mut left);
+                self.length.path += length - left;
+                outcome
             } else {
-                lateral_chain(sweep, sphere, axis, length)?;
-            }
+                lateral_chain(sweep, sphere, axis, &mut left)
+            };
+            outcome?;
             sweep.move_counts.chains += 1;
             if let Some(recorder) = &mut sweep.recorder {
-                recorder.record_chain(axis, length);
+                recorder.record_chain(axis, length - left);
             }
         }
         self.local.as_mut().map_or(Ok(()), |moves| moves.sweep(sweep))
     }
 
-    /// A chain along x.
+    /// A chain along x that has `left` to go; less than that, if it is given up or fails.
     fn vertical_chain<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
         &mut self,
         sweep: &mut Sweep<'_, F, T, D>,
         mut sphere: usize,
         mut rising: bool,
-        mut left: f64,
+        left: &mut f64,
     ) -> Result<(), Error> {
         let slab = *sweep.configuration.slab();
-        self.length.path += left;
-        let mut stall_guard = StallGuard::new(left, sweep.phase);
+        let mut stall_guard = StallGuard::new(*left, sweep.phase);
         // The field's clock: it strikes when the bound of the force, integrated along the path, uses it up.
         let mut clock = exponential(sweep.generator);
         loop {
             let position = sweep.configuration.position(sphere);
             let height = position[0];
             let to_wall = if rising { slab.highest_center() - height } else { height - slab.lowest_center() };
-            let (limit, mut stop) = if left <= to_wall { (left, Stop::End) } else { (to_wall, Stop::Wall) };
+            let (limit, mut stop) = if *left <= to_wall { (*left, Stop::End) } else { (to_wall, Stop::Wall) };
             let mut distance = limit;
             if let Some(contact) = sweep.configuration.first_contact(sphere, 0, rising, limit) {
                 (distance, stop) = (contact.distance, Stop::Contact(contact));
@@ -299,12 +302,11 @@ impl Engine {
             let signed = if rising { distance } else { -distance };
             let new_height = (height + signed).clamp(slab.lowest_center(), slab.highest_center());
             sweep.displace(sphere, position, 0, signed, new_height);
-            left -= distance;
+            *left -= distance;
             self.length.recent[0] += distance;
             self.length.recent[1] += 1.0;
-            if !stall_guard.lasts(left)? {
+            if !stall_guard.lasts(*left)? {
                 // Given up.
-                self.length.path -= left;
                 return Ok(());
             }
             match stop {
@@ -393,15 +395,15 @@ enum Stop {
     },
 }
 
-/// A chain along a periodic axis, where nothing but spheres stops it.
+/// A chain along a periodic axis, where nothing but spheres stops it, that has `left` to go.
 fn lateral_chain<F, T, D>(
     sweep: &mut Sweep<'_, F, T, D>,
     mut sphere: usize,
     axis: usize,
-    mut left: f64,
+    left: &mut f64,
 ) -> Result<(), Error> {
     let width = sweep.configuration.slab().widths()[axis - 1];
-    let mut stall_guard = StallGuard::new(left, sweep.phase);
+    let mut stall_guard = StallGuard::new(*left, sweep.phase);
     loop {
         let position = sweep.configuration.position(sphere);
         // Beyond half the width an image would be nearer.
@@ -410,14 +412,14 @@ fn lateral_chain<F, T, D>(
         let distance = contact.map_or(limit, |contact| contact.distance);
         let coordinate = wrap(position[axis] + distance, width);
         sweep.displace(sphere, position, axis, distance, coordinate);
-        left -= distance;
-        if !stall_guard.lasts(left)? {
+        *left -= distance;
+        if !stall_guard.lasts(*left)? {
             return Ok(());
         }
         if let Some(contact) = contact {
             sweep.collide(axis, position[0], contact);
             sphere = contact.sphere;
-        } else if left <= 0.0 {
+        } else if *left <= 0.0 {
             return Ok(());
         }
     }

@@ -1,10 +1,11 @@
 //! Rules for field events, right and wrong, against the exact mean height of two spheres.
 
 use super::*;
-use crate::field::{ExponentialField, LinearField};
+use crate::field::{ExponentialField, LinearField, UniformField};
 use crate::observers::CenterOfMass;
+use crate::start::RandomInsertion;
 use crate::temperature::Isothermal;
-use crate::{Every, Scene, Simulation, Slab};
+use crate::{Every, Frame, Observer, ObserverError, Recorder, Scene, Simulation, Slab};
 
 const SIDE: f64 = 3.0;
 
@@ -87,4 +88,50 @@ fn a_chain_that_does_not_advance_is_given_up() {
             assert!(stall_guard.lasts(100.0 - f64::from(piece) / 5000.0).unwrap());
         }
     }
+}
+
+/// Paths of chains, and of the moves that they consist of.
+#[derive(Debug, Default)]
+struct Paths {
+    chains: f64,
+    moves: f64,
+    /// Of vertical chains.
+    vertical: Vec<f64>,
+}
+
+impl Observer for Paths {
+    fn observe(&mut self, _: &Frame<'_>) -> Result<(), ObserverError> {
+        Ok(())
+    }
+    fn recorder(&mut self) -> Option<&mut dyn Recorder> {
+        Some(self)
+    }
+}
+
+impl Recorder for Paths {
+    fn record_move(&mut self, accepted: &AcceptedMove) {
+        self.moves += accepted.displacement.norm();
+    }
+    fn record_chain(&mut self, axis: usize, length: f64) {
+        self.chains += length;
+        if axis == 0 {
+            self.vertical.push(length);
+        }
+    }
+}
+
+/// In a force of 10⁵ a chain is stopped so often that it is given up, after a path of some tenth of a diameter.
+#[test]
+fn chains_that_are_given_up_are_as_long_as_their_path() {
+    let slab = Slab::new(6.0, 4.0, 4.0).unwrap();
+    let scene = Scene::new(slab, 8, UniformField::default(), Isothermal::new(1e-5).unwrap()).unwrap();
+    let chains = EventChains::with_length(0.5).unwrap().local_moves(None);
+    let mut simulation =
+        Simulation::builder(scene).moves(chains).start(RandomInsertion::default()).seed(3).build().unwrap();
+    let mut paths = Paths::default();
+    simulation.equilibrate(12_000, &mut paths).unwrap();
+    // They were to be 0.5 long on average.
+    let mean = paths.vertical.iter().sum::<f64>() / paths.vertical.len() as f64;
+    assert!(paths.vertical.len() > 20 && mean < 0.25, "{mean} of {}", paths.vertical.len());
+    approx::assert_relative_eq!(paths.chains, paths.moves, max_relative = 1e-9);
 }

@@ -138,14 +138,17 @@ impl Tile {
         while left > 0.0 {
             let length = (2.0 * common.length * unit(generator)).min(left);
             left -= length;
-            if let Err(error) = self.chain(common, length, generator, outcome) {
+            let mut rest = length;
+            let ended = self.chain(common, &mut rest, generator, outcome);
+            let path = length - rest;
+            outcome.path += path;
+            if let Err(error) = ended {
                 outcome.error = Some(error);
                 break;
             }
             outcome.chains += 1;
-            outcome.path += length;
             if common.record {
-                outcome.recorded.push(Event::Chain(length));
+                outcome.recorded.push(Event::Chain(path));
             }
         }
         self.list_moved(common, outcome);
@@ -225,11 +228,11 @@ impl Tile {
         self.constraints.find(&columns, &self.candidates, self.mobile, common.grid.contact(), period);
     }
 
-    /// A chain, as in an undivided system, except that spheres beside the tile are walls.
+    /// A chain with `left` to go, as in an undivided system, except that spheres beside the tile are walls.
     fn chain<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
         &mut self,
         common: &Common<'_, F, T, D>,
-        mut left: f64,
+        left: &mut f64,
         generator: &mut Generator,
         outcome: &mut Outcome,
     ) -> Result<(), Error> {
@@ -238,11 +241,11 @@ impl Tile {
         let (lowest, highest) = (slab.lowest_center(), slab.highest_center());
         let mut sphere = index(generator, self.mobile);
         let mut forward = unit(generator) < 0.5;
-        let mut stall_guard = StallGuard::between_frozen(left, common.phase);
+        let mut stall_guard = StallGuard::between_frozen(*left, common.phase);
         let mut clock = if vertical { exponential(generator) } else { f64::INFINITY };
         loop {
             let from = self.along[sphere];
-            let (mut distance, mut stop) = (left, Stop::End);
+            let (mut distance, mut stop) = (*left, Stop::End);
             if vertical {
                 let to_wall = if forward { highest - from } else { from - lowest };
                 if to_wall < distance {
@@ -271,7 +274,7 @@ impl Tile {
             let signed = if forward { distance } else { -distance };
             let to = if vertical { (from + signed).clamp(lowest, highest) } else { from + signed };
             self.along[sphere] = to;
-            left -= distance;
+            *left -= distance;
             if common.record {
                 let mut displacement = Vector3::zeros();
                 displacement[common.axis] = signed;
@@ -279,7 +282,7 @@ impl Tile {
                 let chain_axis = Some(common.axis);
                 outcome.recorded.push(Event::Move(AcceptedMove { from_height, displacement, chain_axis }));
             }
-            if !stall_guard.lasts(left)? {
+            if !stall_guard.lasts(*left)? {
                 return Ok(());
             }
             match stop {

@@ -95,6 +95,11 @@ impl Collisions {
                 terms[term * count + bin] = path * value;
             }
         }
+        self.forget();
+    }
+
+    /// Begins an interval.
+    pub(super) fn forget(&mut self) {
         self.frames = 0.0;
         self.counts.fill(0.0);
         self.sums.fill([0.0; 2]);

@@ -6,7 +6,16 @@ mod measured;
 mod ranks;
 mod smoothing;
 persist!(
-    EquationOfStateFit { part run, same spheres, same open_end, count frames, part ranks, part collisions, part averages },
+    EquationOfStateFit {
+        part run,
+        same spheres,
+        same open_end,
+        count frames,
+        count incomplete,
+        part ranks,
+        part collisions,
+        part averages,
+    },
     |fit| fit.frames < EquationOfStateFit::INTERVAL
 );
 
@@ -75,6 +84,8 @@ pub struct EquationOfStateFit {
     ranks: Ranks,
     collisions: Collisions,
     frames: u64,
+    /// Sweeps that ended with an error, up to the last frame.
+    incomplete: u64,
     sample: Vec<f64>,
     averages: BlockAverages,
 }
@@ -113,8 +124,10 @@ impl EquationOfStateFit {
             ranks,
             collisions,
             frames: 0,
+            incomplete: 0,
             sample: vec![0.0; components],
-            averages: BlockAverages::new(components)?,
+            averages: BlockAverages::new(components)?
+                .said_of("intervals of 64 frames for a fit of an equation of state"),
         })
     }
 
@@ -215,13 +228,17 @@ fn bins_in(bins: &HeightBins, [low, high]: [f64; 2]) -> std::ops::Range<usize> {
 impl Observer for EquationOfStateFit {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         if frame.particles() != self.spheres {
-            let requirement = "the observer was made for another number of spheres";
-            let value = frame.particles() as f64;
-            return Err(
-                Error::InvalidParameter { name: "number of spheres observed", value, requirement }.into()
-            );
+            let (seen, shown) = (self.spheres as f64, frame.particles() as f64);
+            return Err(Error::AnotherRun { what: "number of spheres", seen, shown }.into());
         }
         self.run.admit(frame)?;
+        let incomplete = frame.move_counts().incomplete_sweeps;
+        if std::mem::replace(&mut self.incomplete, incomplete) != incomplete {
+            // The path of a sweep that failed is not all that it was to be: the interval begins anew.
+            self.ranks.forget();
+            self.collisions.forget();
+            self.frames = 0;
+        }
         if self.frames.is_multiple_of(Self::BETWEEN_COUNTS) {
             self.collisions.observe(frame);
         }

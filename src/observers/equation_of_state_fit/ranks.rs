@@ -89,6 +89,11 @@ impl Ranks {
             *place = sum / self.looks;
         }
         sample[2 * nodes] = self.at_wall / self.looks;
+        self.forget();
+    }
+
+    /// Begins an interval.
+    pub(super) fn forget(&mut self) {
         self.distances.fill(0.0);
         self.weights.fill(0.0);
         (self.looks, self.at_wall) = (0.0, 0.0);

@@ -1,7 +1,6 @@
 #![allow(clippy::float_cmp)] // compares only what is exact
 
 use super::*;
-use crate::Merge;
 use crate::statistics::test_series::{Autoregressive, autoregressive};
 use approx::assert_relative_eq;
 

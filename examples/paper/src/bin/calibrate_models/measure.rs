@@ -181,7 +181,7 @@ fn try_plans(
     measured: &mut Data,
 ) -> Result<(), Failure> {
     let particles = paper::study::count((scene.column_density() * SIDE * SIDE).ceil()).max(FEWEST);
-    let expected = densities(scene.slab(), |height| theory.column_below(height));
+    let expected = densities(scene, theory);
     let densest = packing_fraction(theory.density_maximum().1);
     let Lengths { ladder, long_ladder, .. } = lengths;
     let is_long = |sweeps: &u64| long_ladder.contains(sweeps);

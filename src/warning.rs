@@ -385,8 +385,8 @@ impl fmt::Display for Warning {
             }
             Self::FieldOfTheory { measured } => write!(
                 formatter,
-                "the field is mostly theory: {measured} was measured: equilibrate longer, or take \
-                 SelfConsistent::without_theory"
+                "the field is theory in part: {measured} was measured: equilibrate longer, by \
+                 EventChains, whose collisions measure the bulk"
             ),
             Self::CountingNoise { spheres_per_bin, pressure_deviation } => write!(
                 formatter,

@@ -120,19 +120,24 @@ impl ColumnAverage {
         rows.into_iter().zip(&prior.ratios).enumerate().map(both).collect()
     }
 
-    /// How much of [`ratios`](Self::ratios) was measured.
+    /// How much of [`ratios`](Self::ratios) was measured, where a column has its spheres.
     pub(super) fn measured_share<F, T>(
         &self,
         scene: &Scene<F, T>,
         width: f64,
         prior: &Prior,
+        column: &Self,
     ) -> MeasuredShare {
-        MeasuredShare::of(self.counts.iter().enumerate().map(|(bin, &spheres)| {
-            let distance = distance_from_wall(scene, width, bin);
-            let total = spheres + width * prior.weight_at(distance);
-            let share = if total > 0.0 { spheres / total } else { 0.0 };
-            MeasuredAt { distance, spheres, share }
-        }))
+        MeasuredShare::of(self.counts.iter().zip(&column.counts).enumerate().map(
+            |(bin, (&own, &spheres))| {
+                let distance = distance_from_wall(scene, width, bin);
+                let total = own + width * prior.weight_at(distance);
+                let counted = if total > 0.0 { own / total } else { 0.0 };
+                let closure = if distance < MeasuredShare::LAYERED { 0.0 } else { prior.measured };
+                let share = counted + (1.0 - counted) * closure;
+                MeasuredAt { distance, spheres, share }
+            },
+        ))
     }
 }
 
@@ -151,6 +156,8 @@ pub(super) struct Prior {
     pub(super) open_end_pressure: f64,
     /// Counted spheres per diameter of height that it stands for.
     pub(super) weight: f64,
+    /// How much of its equation of state the run has measured.
+    pub(super) measured: f64,
 }
 
 impl Prior {
@@ -190,7 +197,7 @@ impl Prior {
             Wall::Lid => profile.lid_pressure(),
             Wall::Base => profile.base_pressure(),
         };
-        Ok(Self { ratios, open_end_pressure, weight })
+        Ok(Self { ratios, open_end_pressure, weight, measured: 0.0 })
     }
 }
 
@@ -260,7 +267,7 @@ persist!(ColumnAverage {
     slice weights,
     value contact,
 });
-persist!(Prior { same open_end_pressure, same weight });
+persist!(Prior { slice ratios, value open_end_pressure, same weight, value measured });
 
 #[cfg(test)]
 mod tests {

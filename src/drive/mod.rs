@@ -8,7 +8,7 @@
 //! | scheme | u is | detailed balance | what it rests on |
 //! |---|---|---|---|
 //! | [`Automatic`], T constant | φ(x)/T, in closed form | exact | nothing |
-//! | [`Automatic`], T varies: [`SelfConsistent`] | iterated while equilibrating, then frozen | exact in production | the equilibration was long enough |
+//! | [`Automatic`], T varies: [`SelfConsistent`] | iterated from collisions and counts while equilibrating, then frozen | exact in production | the equilibration was long enough |
 //! | [`EquationOfStateClosure`] | from the theory profile, once | exact | the equation of state |
 //! | [`AveragedThenFrozen`] | a running average while equilibrating, then frozen | exact in production | the start is forgotten, slowly |
 //! | [`RunningAverage`] | a running average, for ever | asymptotically | the same |
@@ -39,6 +39,7 @@ mod effective_potential;
 mod equation_of_state_closure;
 mod instantaneous;
 mod measured_share;
+mod own_equation;
 mod running_average;
 mod self_consistent;
 

@@ -118,7 +118,7 @@ impl Averaging {
         let open_end_pressure = self.average.open_end_pressure(scene, &self.prior);
         let ratios = self.average.ratios(scene, potential.bin_width(), open_end_pressure, &self.prior);
         potential.set(open_end_pressure, |bin| ratios[bin])?;
-        self.measured = self.average.measured_share(scene, potential.bin_width(), &self.prior);
+        self.measured = self.average.measured_share(scene, potential.bin_width(), &self.prior, &self.average);
         Ok(())
     }
 

@@ -2,10 +2,11 @@
 
 use super::column_average::{ColumnAverage, Prior};
 use super::effective_potential::bin_width_of;
+use super::own_equation::OwnEquation;
 use super::{Adaptation, EffectivePotential, MeasuredShare, Scheme};
-use crate::equation_of_state::FluidSolid;
+use crate::equation_of_state::{EquationOfState, FluidSolid};
 use crate::frame::{Frame, Phase};
-use crate::observer::{Observer, ObserverError};
+use crate::observer::{Observer, ObserverError, Recorder};
 use crate::scene::AnyScene;
 use crate::statistics::drift;
 use crate::{Error, Field, Scene, TemperatureProfile, Warning};
@@ -17,39 +18,64 @@ use crate::{Error, Field, Scene, TemperatureProfile, Warning};
 /// [`Simulation::certificate`](crate::Simulation::certificate) tells, without an equation of state, whether it was the right
 /// one.
 ///
-/// - The iteration starts at the field of the theory profile, which is within a per cent of the result, and what is left
-///   of a start shrinks by the spectral radius of the map from density to field with every step (0.11 to 0.57 for the
-///   paper's β = 0.005 to 0.05, doi:10.1103/PhysRevE.83.061306). An average over everything so far would
-///   remember it as a power of the number of sweeps ([`AveragedThenFrozen`](super::AveragedThenFrozen)).
+/// **The bulk by collisions.** The field needs P/n = T Z (eq. 20 of doi:10.1103/PhysRevE.83.061306). Where event chains pass,
+/// their collisions give Z(η) in any field, right or wrong, even while the column falls, since they need
+/// local equilibrium only. After every step two coefficients of Z = 1 + (c₁ η + c₂ η²)/(1 − η)³ are fitted to what was measured, the
+/// last step counting twice as much as the one before, and hydrostatics between walls
+/// ([`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls)) with this Z gives a smooth P/n. So noise enters
+/// through two numbers and not through the bins of a histogram, and whatever equation of state the iteration
+/// [started](Self::new) with is gone after a few steps.
+///
+/// **The layers by counts.** What a local equation of state does not know, P/n by weight and numbers does, step by step:
 /// - Within a step the field does not change, so the column relaxes as any isothermal one; the first quarter of each
 ///   step is left out.
 /// - Counts and weights are averaged, never ratios of single configurations, so there is no noise
-///   bias of order 1/(spheres per bin and sweep). The last step, some half of the equilibration, makes the field.
-/// - A step in which the column fell or rose changes nothing: a field made of it would hold the column where it is, by
-///   its own weight. The column goes on in the field in force, at first the theory's, until it is at rest: until its
+///   bias of order 1/(spheres per bin and sweep).
+/// - The closure counts as much as 10⁴ spheres per diameter of height ([`closure_weight`](Self::closure_weight)), and in the layers
+///   within four diameters of a wall as 3 % of that. So the field goes over to the counts as the steps get longer,
+///   soon at the walls, and no bin is ever empty. `docs/physics.md` has the measurement by which the weight was chosen.
+/// - A step in which the column fell or rose is not counted: a field made of it would hold the column where it is, by
+///   its own weight. It is at rest if its
 ///   center of mass in the second half of a step is where it was in the first, within four standard errors.
-/// - The theory profile ([`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls)) stands in with the
-///   [weight](Self::theory_weight) of 10⁴ counted spheres per diameter of height, and in the layers within four diameters of a wall,
-///   of which it knows nothing, with 3 % of that. So a short equilibration gives the field of the closure, a long one what was
-///   measured, and no bin is ever empty. [`measured_share`](super::Adaptation::measured_share), certificates and
-///   warnings say how much was measured. `docs/physics.md` has the measurement by which the weight was chosen;
-///   [`without_theory`](Self::without_theory) leaves it out.
-/// - The pressure on the wall at the [open end](Scene::open_end) is the contact density there times T, together with that of the theory, which has ten times
+/// - The pressure on the wall at the [open end](Scene::open_end) is the contact density there times T, together with that of the closure, which has ten times
 ///   the weight there: in a closed box 10⁴ sweeps of 500 spheres know a contact density to some 4 %.
+///
+/// Local moves alone have no collisions: then the closure stays that of the equation of state at the start. [`measured_share`](super::Adaptation::measured_share),
+/// certificates and warnings say how much was measured. The same goes for crystals, of which Z is Speedy's, once the fluid was measured.
+///
+/// ```
+/// use gradient_mc::drive::{Adaptation, SelfConsistent};
+/// use gradient_mc::equation_of_state::IdealGas;
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::ExponentialTemperature};
+/// let temperature = ExponentialTemperature::new(5.0, 0.02)?;
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 360, UniformField::default(), temperature)?;
+/// // Z = 1 to start with: nothing is known.
+/// let mut simulation = Simulation::builder(scene).scheme(SelfConsistent::new(IdealGas)).build()?;
+/// simulation.equilibrate(1000, &mut ())?;
+/// assert!(simulation.adaptation().measured_share().is_some_and(|share| share.bulk > 0.9));
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SelfConsistent {
+pub struct SelfConsistent<E = FluidSolid> {
+    equation_of_state: E,
     bin_width: f64,
-    theory_weight: f64,
+    closure_weight: f64,
 }
 
 impl Default for SelfConsistent {
-    /// Bins of 0.1 diameters, and a theory that stands for 10⁴ spheres per diameter.
+    /// A start at the field of the most accurate equation of state here.
     fn default() -> Self {
-        Self { bin_width: 0.1, theory_weight: 1e4 }
+        Self::new(FluidSolid::default())
     }
 }
 
-impl SelfConsistent {
+impl<E> SelfConsistent<E> {
+    /// A start at the field of an equation of state, bins of 0.1 diameters, and a closure that counts as much as 10⁴ spheres per
+    /// diameter.
+    pub fn new(equation_of_state: E) -> Self {
+        Self { equation_of_state, bin_width: 0.1, closure_weight: 1e4 }
+    }
+
     /// Bins of the given width, in diameters.
     ///
     /// # Errors
@@ -58,23 +84,13 @@ impl SelfConsistent {
         Ok(Self { bin_width: bin_width_of(bin_width)?, ..self })
     }
 
-    /// How many counted spheres per diameter of height the theory profile stands for; see the type.
+    /// How many counted spheres per diameter of height the closure stands for; see the type.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] unless positive and finite.
-    pub fn theory_weight(self, spheres_per_diameter: f64) -> Result<Self, Error> {
-        let theory_weight = Error::require_positive("weight of the theory", spheres_per_diameter)?;
-        Ok(Self { theory_weight, ..self })
-    }
-
-    /// The theory has no weight: from the first step at rest on, the field is what was measured, wherever a sphere was seen.
-    /// The theory only makes the field of the start, and that of bins that stayed empty.
-    ///
-    /// It takes a long equilibration: the noise of few counts biases the field. With 1000 sweeps of 180 spheres it is off by
-    /// up to 8 %, with 40 000 by less than 1 %.
-    #[must_use]
-    pub fn without_theory(self) -> Self {
-        Self { theory_weight: 0.0, ..self }
+    pub fn closure_weight(self, spheres_per_diameter: f64) -> Result<Self, Error> {
+        let closure_weight = Error::require_positive("weight of the closure", spheres_per_diameter)?;
+        Ok(Self { closure_weight, ..self })
     }
 }
 
@@ -82,14 +98,16 @@ impl SelfConsistent {
 #[derive(Debug, Clone)]
 pub struct Iteration {
     prior: Prior,
+    own: Option<OwnEquation>,
     open_end_pressure: f64,
     /// Of what the contact density says, the part by which the pressure at the open end follows it in a step.
     end_gain: f64,
     measured: MeasuredShare,
     steps: u32,
-    /// What the step under way has measured, and how many configurations made the field in force.
+    /// What the step under way has measured.
     average: ColumnAverage,
-    configurations_in_force: u64,
+    /// The last step in which the column was at rest.
+    at_rest: ColumnAverage,
     /// Heights of the center of mass in the step under way.
     centers: Vec<f64>,
     sweeps: u64,
@@ -98,13 +116,13 @@ pub struct Iteration {
     adapting: bool,
 }
 
-impl<F: Field, T: TemperatureProfile> Scheme<F, T> for SelfConsistent {
+impl<F: Field, T: TemperatureProfile, E: EquationOfState> Scheme<F, T> for SelfConsistent<E> {
     type Drive = EffectivePotential;
     type Adaptation = Iteration;
 
     fn drive(self, scene: &Scene<F, T>) -> Result<(EffectivePotential, Iteration), Error> {
         let mut potential = EffectivePotential::new(scene, self.bin_width)?;
-        let prior = Prior::new(scene, &potential, &FluidSolid::default(), self.theory_weight)?;
+        let prior = Prior::new(scene, &potential, &self.equation_of_state, self.closure_weight)?;
         potential.set(prior.open_end_pressure, |bin| prior.ratios[bin])?;
         let temperature = |height: f64| scene.temperature().temperature(height);
         let mean_inverse = potential.heights().map(|height| 1.0 / temperature(height)).sum::<f64>()
@@ -115,14 +133,15 @@ impl<F: Field, T: TemperatureProfile> Scheme<F, T> for SelfConsistent {
             open_end_pressure: prior.open_end_pressure,
             end_gain: 1.0 / response.max(1.0),
             prior,
+            own: OwnEquation::new(scene.slab()),
             measured: MeasuredShare::NONE,
             steps: 0,
             average: ColumnAverage::new(&potential),
-            configurations_in_force: 0,
+            at_rest: ColumnAverage::new(&potential),
             centers: Vec::new(),
             sweeps: 0,
             step: [0, Iteration::FIRST_STEP],
-            adapting: false,
+            adapting: true,
         };
         Ok((potential, iteration))
     }
@@ -135,6 +154,8 @@ impl Iteration {
     const MOST_CENTERS: u64 = 256;
     /// Successive configurations are alike, and to count them takes time.
     const SWEEPS_BETWEEN_LOOKS: u64 = 4;
+    /// For the packing fractions that collisions are compared at.
+    const SWEEPS_BETWEEN_COUNTS: u64 = 2;
 
     /// Steps made so far.
     #[must_use]
@@ -143,22 +164,37 @@ impl Iteration {
     }
 
     /// Whether the center of mass stood still within the errors of the step; false where it is too short to tell.
-    fn at_rest(&self) -> bool {
+    fn stood_still(&self) -> bool {
         /// A drift of more standard errors than this is no accident.
         const LARGEST_DRIFT: f64 = 4.0;
         drift(&self.centers).is_ok_and(|drift| drift.deviation_from(0.0).abs() <= LARGEST_DRIFT)
     }
 
-    /// Ends a step: if the column was at rest, the field becomes that of what was measured. Nothing changes on an error.
+    /// Ends a step: the closure becomes that by the equation of state that was measured, and if the column was at rest, the
+    /// field goes over to what was counted. Nothing changes on an error.
     fn update(&mut self, potential: &mut EffectivePotential, scene: &AnyScene<'_>) -> Result<(), Error> {
-        if self.at_rest() {
-            let contact = self.average.open_end_pressure(scene, &self.prior);
+        let at_rest = self.stood_still();
+        let Self { own, prior, .. } = self;
+        // An equation of state that finds no profile has too many terms for what was measured.
+        let closure = [2, 1].into_iter().find_map(|terms| {
+            let equation = own.as_mut()?.fit(terms)?;
+            let closure = Prior::new(scene, potential, &equation, prior.weight).ok()?;
+            Some(Prior { measured: 1.0, ..closure })
+        });
+        if at_rest || closure.is_some() {
+            let prior = closure.unwrap_or_else(|| self.prior.clone());
+            let counted = if at_rest { &self.average } else { &self.at_rest };
+            let width = potential.bin_width();
+            let contact = counted.open_end_pressure(scene, &prior);
             let end = self.open_end_pressure + self.end_gain * (contact - self.open_end_pressure);
-            let ratios = self.average.ratios(scene, potential.bin_width(), end, &self.prior);
+            let ratios = counted.ratios(scene, width, end, &prior);
             potential.set(end, |bin| ratios[bin])?;
             self.open_end_pressure = end;
-            self.measured = self.average.measured_share(scene, potential.bin_width(), &self.prior);
-            self.configurations_in_force = self.average.configurations();
+            self.measured = counted.measured_share(scene, width, &prior, &self.average);
+            self.prior = prior;
+            if at_rest {
+                std::mem::swap(&mut self.average, &mut self.at_rest);
+            }
         }
         self.steps += 1;
         self.clear();
@@ -168,6 +204,20 @@ impl Iteration {
     fn clear(&mut self) {
         self.average.clear();
         self.centers.clear();
+        if let Some(own) = &mut self.own {
+            own.next_step();
+        }
+    }
+
+    /// Whether collisions of this sweep count: wherever there is local equilibrium, as soon as the start is forgotten.
+    fn listens(&self, sweep: u64) -> bool {
+        self.steps > 0 || self.is_relaxed(sweep)
+    }
+
+    /// Whether so many sweeps are beyond the first quarter of the step under way.
+    fn is_relaxed(&self, sweeps: u64) -> bool {
+        let [begin, end] = self.step;
+        4 * (sweeps - begin) > end - begin
     }
 }
 
@@ -177,12 +227,18 @@ impl Observer for Iteration {
         if self.adapting {
             let sweeps = self.sweeps + 1;
             let [begin, end] = self.step;
-            let relaxed = 4 * (sweeps - begin) > end - begin;
+            let relaxed = self.is_relaxed(sweeps);
             // As many centers of mass for a long step as for a short one.
             let interval = ((end - begin) / Self::MOST_CENTERS).max(1);
             // First what asks a field of a user's own.
             if relaxed && sweeps.is_multiple_of(Self::SWEEPS_BETWEEN_LOOKS) {
                 self.average.add(frame);
+            }
+            if self.listens(sweeps)
+                && sweeps.is_multiple_of(Self::SWEEPS_BETWEEN_COUNTS)
+                && let Some(own) = &mut self.own
+            {
+                own.add(frame);
             }
             if relaxed && sweeps.is_multiple_of(interval) {
                 self.centers.push(frame.heights().sum::<f64>() / frame.particles() as f64);
@@ -190,6 +246,12 @@ impl Observer for Iteration {
             self.sweeps = sweeps;
         }
         Ok(())
+    }
+
+    /// Collisions, while equilibrating.
+    fn recorder(&mut self) -> Option<&mut dyn Recorder> {
+        let listens = self.adapting && self.listens(self.sweeps + 1);
+        self.own.as_mut().filter(|_| listens).map(|own| own as &mut dyn Recorder)
     }
 }
 
@@ -215,10 +277,11 @@ impl Adaptation<EffectivePotential> for Iteration {
     ) -> Result<(), Error> {
         // A step that was hardly begun knows less than the one in force.
         if self.average.configurations() > 0
-            && 2 * self.average.configurations() >= self.configurations_in_force
+            && 2 * self.average.configurations() >= self.at_rest.configurations()
         {
             self.update(potential, scene)?;
         }
+        self.adapting = false;
         // A later equilibration starts anew from the field that there is.
         self.clear();
         self.step = [self.sweeps, self.sweeps + self.step[0].max(Self::FIRST_STEP)];
@@ -244,7 +307,8 @@ persist!(
         value measured,
         value steps,
         part average,
-        count configurations_in_force,
+        part at_rest,
+        part own,
         value centers,
         count sweeps,
         value step,

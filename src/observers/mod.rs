@@ -30,7 +30,7 @@ mod density;
 mod diagnostics;
 mod displacement;
 mod equation_of_state;
-mod equation_of_state_fit;
+pub(crate) mod equation_of_state_fit;
 mod extended_xyz;
 mod hexatic;
 mod layers;

@@ -165,7 +165,7 @@ fn every_scheme() {
         require_same(what, &builder, || all(&scene), 1200, &STOPS, 2100);
     }
     scheme("automatic", gradient_mc::drive::Automatic);
-    scheme("self-consistent", SelfConsistent::default().without_theory());
+    scheme("self-consistent", SelfConsistent::default().closure_weight(1.0).unwrap());
     scheme("closure", EquationOfStateClosure::default());
     scheme("running average", RunningAverage::default());
     scheme("averaged, then frozen", AveragedThenFrozen::default());

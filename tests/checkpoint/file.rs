@@ -151,7 +151,7 @@ fn another_run_is_refused_with_what_differs() {
     let own = || scheme(SelfConsistent::default());
     let saved = own().build().unwrap().snapshot(&mut ()).unwrap();
     let [what, ..] =
-        mismatch(scheme(SelfConsistent::default().theory_weight(1e3).unwrap()).resume(&saved, &mut ()));
+        mismatch(scheme(SelfConsistent::default().closure_weight(1e3).unwrap()).resume(&saved, &mut ()));
     assert_eq!(what, "adaptation.prior.weight");
     own().resume(&saved, &mut ()).unwrap();
 }

@@ -253,7 +253,7 @@ proptest! {
         // The first step.
         let sweeps = 64;
         let scene = any_scene(field, temperature);
-        let mut simulation = simulation(scene, SelfConsistent::default().theory_weight(PRIOR_SPHERES).unwrap()).unwrap();
+        let mut simulation = simulation(scene, SelfConsistent::default().closure_weight(PRIOR_SPHERES).unwrap()).unwrap();
         let mut heights = Heights::default();
         simulation.equilibrate(sweeps, &mut heights).unwrap();
         simulation.run(1, &mut ()).unwrap();

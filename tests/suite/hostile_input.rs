@@ -504,7 +504,7 @@ fn bins_of_schemes() {
         assert_refused(RunningAverage::new(value), value);
         assert_refused(AveragedThenFrozen::new(value), value);
         assert_refused(SelfConsistent::default().bin_width(value), value);
-        assert_refused(SelfConsistent::default().theory_weight(value), value);
+        assert_refused(SelfConsistent::default().closure_weight(value), value);
         assert_refused(EquationOfStateClosure::new(NoInteraction).bin_width(value), value);
         assert_refused(EffectivePotential::new(&cooling(), value), value);
     }

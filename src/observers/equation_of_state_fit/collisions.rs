@@ -1,15 +1,16 @@
 //! Z where a chain passes: collisions over path, height by height.
 
-use super::super::bins::{HeightBins, Place};
+use super::super::bins::{Bins, HeightBins, Place};
 use super::least_squares::LeastSquares;
 use super::smoothing::Smoothing;
+use super::{EquationOfStateFit, bins_in};
 use crate::equation_of_state::{EquationOfState, MOST_TERMS, Series, packing_fraction};
-use crate::{AcceptedMove, Collision, Frame};
+use crate::{AcceptedMove, Collision, Error, Frame, Slab};
 use std::ops::Range;
 
 /// Sums of an interval of sweeps by height.
 #[derive(Debug, Clone)]
-pub(super) struct Collisions {
+pub(crate) struct Collisions {
     bins: HeightBins,
     smoothing: Smoothing,
     frames: f64,
@@ -22,7 +23,7 @@ pub(super) struct Collisions {
 /// Means over intervals, as they stand in a sample: numbers of spheres, paths, transfers, and paths times each term of a
 /// [`Series`] at the packing fraction of the interval.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Means<'a> {
+pub(crate) struct Means<'a> {
     pub(super) counts: &'a [f64],
     paths: &'a [f64],
     transfers: &'a [f64],
@@ -42,8 +43,23 @@ impl Collisions {
         }
     }
 
+    /// In bins over a whole slab, smoothed over `reach` of them on either side.
+    ///
+    /// # Errors
+    /// [`Error::InvalidBins`] for a slab higher than 32 768 diameters.
+    pub(crate) fn over(slab: &Slab, reach: usize) -> Result<Self, Error> {
+        const LAYERS: f64 = EquationOfStateFit::LAYERS;
+        let bins = Bins::of_width(EquationOfStateFit::BIN_WIDTH.min(slab.height())).of(slab)?;
+        Ok(Self::new(bins, bins_in(&bins, [LAYERS, slab.height() - LAYERS]), reach))
+    }
+
+    /// The bins whose middles are farther than `distance` from both walls.
+    pub(crate) fn away_from_walls(&self, slab: &Slab, distance: f64) -> Range<usize> {
+        bins_in(&self.bins, [distance, slab.height() - distance])
+    }
+
     /// Numbers in a sample.
-    pub(super) fn components(&self) -> usize {
+    pub(crate) fn components(&self) -> usize {
         (3 + MOST_TERMS) * self.bins.count()
     }
 
@@ -51,7 +67,7 @@ impl Collisions {
         self.smoothing.apply(values, smooth);
     }
 
-    pub(super) fn observe(&mut self, frame: &Frame<'_>) {
+    pub(crate) fn observe(&mut self, frame: &Frame<'_>) {
         self.frames += 1.0;
         frame.for_each_height(|height| {
             if let Place::Inside(bin, _) = self.bins.locate(height) {
@@ -61,7 +77,7 @@ impl Collisions {
     }
 
     #[inline]
-    pub(super) fn record_move(&mut self, accepted: &AcceptedMove) {
+    pub(crate) fn record_move(&mut self, accepted: &AcceptedMove) {
         let Some(axis) = accepted.chain_axis else { return };
         let middle = accepted.from_height + 0.5 * accepted.displacement.x;
         if let Place::Inside(bin, _) = self.bins.locate(middle) {
@@ -70,7 +86,7 @@ impl Collisions {
     }
 
     #[inline]
-    pub(super) fn record_collision(&mut self, collision: &Collision) {
+    pub(crate) fn record_collision(&mut self, collision: &Collision) {
         for height in [collision.from_height, collision.to_height] {
             if let Place::Inside(bin, _) = self.bins.locate(height) {
                 self.sums[bin][1] += 0.5 * collision.separation;
@@ -79,7 +95,7 @@ impl Collisions {
     }
 
     /// Ends an interval: writes its sample and begins the next.
-    pub(super) fn take(&mut self, sample: &mut [f64]) {
+    pub(crate) fn take(&mut self, sample: &mut [f64]) {
         let count = self.bins.count();
         for count in &mut self.counts {
             *count /= self.frames;
@@ -107,15 +123,26 @@ impl Collisions {
 }
 
 impl<'a> Means<'a> {
-    pub(super) fn of(sample: &'a [f64], bins: usize) -> Self {
+    pub(crate) fn of(sample: &'a [f64]) -> Self {
+        let bins = sample.len() / (3 + MOST_TERMS);
         let (counts, rest) = sample.split_at(bins);
         let (paths, rest) = rest.split_at(bins);
         let (transfers, terms) = rest.split_at(bins);
         Self { counts, paths, transfers, terms }
     }
 
-    /// The coefficients of the [`Series`] with so many terms that meets the collisions in the bins of `range` best.
-    pub(super) fn fit(&self, range: Range<usize>, terms: usize) -> Option<Vec<f64>> {
+    /// The path run in a bin.
+    pub(crate) fn path(&self, bin: usize) -> f64 {
+        self.paths[bin]
+    }
+
+    /// Whether a bin was less dense than a packing fraction.
+    pub(crate) fn is_below(&self, packing_fraction: f64, bin: usize) -> bool {
+        self.terms[bin] < Series::terms(packing_fraction)[0] * self.paths[bin]
+    }
+
+    /// The coefficients of the [`Series`] with so many terms that meets the collisions in some bins best.
+    pub(crate) fn fit(&self, some: impl Iterator<Item = usize>, terms: usize) -> Option<Vec<f64>> {
         let bins = self.counts.len();
         let row = |bin: usize| {
             let mut row = [0.0; MOST_TERMS];
@@ -127,7 +154,7 @@ impl<'a> Means<'a> {
         // Weights need a rough Z only.
         let rough = Series::new(&[4.0, -2.0]);
         let mut equations = LeastSquares::new(terms);
-        for bin in range.filter(|&bin| self.paths[bin] > 0.0) {
+        for bin in some.filter(|&bin| self.paths[bin] > 0.0) {
             let row = row(bin);
             let eta = self.terms[bin] / self.paths[bin];
             // The first term is nearly η for dilute fluids and more than that for dense ones.

@@ -22,6 +22,7 @@ persist!(
 #[cfg(test)]
 mod tests;
 
+pub(crate) use collisions::{Collisions, Means};
 pub use measured::{EquationOfStateCurve, MeasuredEquationOfState};
 
 use super::bins::{Bins, HeightBins};
@@ -31,7 +32,6 @@ use crate::statistics::BlockAverages;
 use crate::{
     AcceptedMove, Collision, Error, Frame, Merge, Observer, ObserverError, Recorder, Scene, Slab, Wall,
 };
-use collisions::Collisions;
 use measured::Route;
 use ranks::Ranks;
 
@@ -154,8 +154,7 @@ impl EquationOfStateFit {
         };
         let jackknife = self.averages.jackknifed(|means| {
             let (ranks, collisions) = means.split_at(split);
-            let (ranks, collisions) =
-                (ranks::Means::of(ranks), collisions::Means::of(collisions, self.bins.count()));
+            let (ranks, collisions) = (ranks::Means::of(ranks), collisions::Means::of(collisions));
             measured::fits(|route, terms| match route {
                 Route::Ranks => ranks.fit(&used, terms),
                 Route::Collisions => collisions.fit(range.clone(), terms),
@@ -167,7 +166,7 @@ impl EquationOfStateFit {
     /// The largest smoothed packing fraction in bins of `range`.
     fn highest_packing_fraction(&self, range: std::ops::Range<usize>) -> f64 {
         let mean = self.averages.mean();
-        let counts = collisions::Means::of(&mean[self.ranks.components()..], self.bins.count()).counts;
+        let counts = collisions::Means::of(&mean[self.ranks.components()..]).counts;
         let mut smooth = vec![0.0; counts.len()];
         self.collisions.smooth(counts, &mut smooth);
         packing_fraction(smooth[range].iter().copied().fold(0.0, f64::max) / self.bins.volume())

@@ -13,6 +13,7 @@
 #[macro_use]
 extern crate paper;
 
+mod collisions;
 mod picture;
 mod prediction;
 mod run;
@@ -86,6 +87,7 @@ fn setups(full: bool, session: &Session) -> Vec<Setup> {
     if !full {
         add(SchemeChoice::Instantaneous, chains, 156.25, 0.1, Side::Above, 2);
         add(SchemeChoice::Closure, chains, 156.25, 0.1, Side::Below, 2);
+        add(SchemeChoice::RunningCollisions, chains, 156.25, 0.1, Side::Above, 2);
         for side in Side::BOTH {
             add(SchemeChoice::SelfConsistent, chains, 156.25, 0.1, side, 2);
         }
@@ -97,8 +99,12 @@ fn setups(full: bool, session: &Session) -> Vec<Setup> {
             add(SchemeChoice::SelfConsistent, chains, area, bin, side, 1);
         }
         add(SchemeChoice::Instantaneous, chains, area, 0.1, side, 1);
-        for scheme in [SchemeChoice::RunningAverage, SchemeChoice::AveragedThenFrozen, SchemeChoice::Closure]
-        {
+        for scheme in [
+            SchemeChoice::RunningAverage,
+            SchemeChoice::AveragedThenFrozen,
+            SchemeChoice::RunningCollisions,
+            SchemeChoice::Closure,
+        ] {
             add(scheme, chains, area, 0.1, side, 1);
         }
     }
@@ -319,6 +325,7 @@ impl std::fmt::Display for Setup {
             SchemeChoice::Instantaneous => "instantaneous",
             SchemeChoice::RunningAverage => "running average",
             SchemeChoice::AveragedThenFrozen => "averaged, frozen",
+            SchemeChoice::RunningCollisions => "collisions, running",
             SchemeChoice::Closure => "closure",
             SchemeChoice::SelfConsistent => "self-consistent",
         };

@@ -1,5 +1,6 @@
 //! One run of the column at T₀ = 20, β = 0.05: what P/(nTZ) − 1 it has at each height.
 
+use crate::collisions::RunningCollisions;
 use gradient_mc::drive::{
     AveragedThenFrozen, Certificate, EquationOfStateClosure, Instantaneous, RunningAverage, Scheme,
     SelfConsistent,
@@ -39,6 +40,7 @@ pub(crate) enum SchemeChoice {
     Instantaneous,
     RunningAverage,
     AveragedThenFrozen,
+    RunningCollisions,
     Closure,
     SelfConsistent,
 }
@@ -135,6 +137,9 @@ impl Setup {
             SchemeChoice::RunningAverage => self.run_with(RunningAverage::new(self.acceptance_bin)?, watch),
             SchemeChoice::AveragedThenFrozen => {
                 self.run_with(AveragedThenFrozen::new(self.acceptance_bin)?, watch)
+            }
+            SchemeChoice::RunningCollisions => {
+                self.run_with(RunningCollisions { bin_width: self.acceptance_bin }, watch)
             }
             SchemeChoice::Closure => {
                 let scheme = EquationOfStateClosure::default().bin_width(self.acceptance_bin)?;

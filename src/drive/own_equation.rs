@@ -1,0 +1,95 @@
+//! The equation of state that the collisions of a run measure, for a closure by it.
+
+use super::MeasuredShare;
+use crate::equation_of_state::{Coexistence, EquationOfState, FREEZING, FluidSolid, Series, SpeedySolid};
+use crate::observers::equation_of_state_fit::{Collisions, Means};
+use crate::{AcceptedMove, Collision, Frame, Recorder, Slab};
+use std::ops::Range;
+
+/// Z(η) of the steps of an iteration, from collisions and local paths of event chains.
+///
+/// Z = 1 + Σ cₖ ηᵏ/(1 − η)³ is fitted to all heights farther than four diameters from a wall where the packing fraction is
+/// below freezing. Local equilibrium is enough, so it can be measured in any field and while the column falls. A solid is
+/// not measured: it is Speedy's.
+#[derive(Debug, Clone)]
+pub(super) struct OwnEquation {
+    collisions: Collisions,
+    bulk: Range<usize>,
+    frames: u64,
+    sample: Vec<f64>,
+    /// Of the step under way and, with less weight, of those before.
+    sums: Vec<f64>,
+}
+
+impl OwnEquation {
+    /// Bins on either side over which densities are smoothed.
+    const SMOOTHING: usize = 8;
+    /// Frames in which a packing fraction is counted.
+    const INTERVAL: u64 = 64;
+    /// From so much of it on it is believed, in diameters: then Z is known to about 1 %.
+    const LEAST_PATH: f64 = 1e4;
+    /// The part of what was measured so far that the next step keeps.
+    const KEPT: f64 = 0.5;
+
+    /// Nothing where the slab has no bulk, or is so high that its bins are too many.
+    pub(super) fn new(slab: &Slab) -> Option<Self> {
+        let collisions = Collisions::over(slab, Self::SMOOTHING).ok()?;
+        let bulk = collisions.away_from_walls(slab, MeasuredShare::LAYERED);
+        let zeros = vec![0.0; collisions.components()];
+        (!bulk.is_empty()).then(|| Self { collisions, bulk, frames: 0, sample: zeros.clone(), sums: zeros })
+    }
+
+    pub(super) fn add(&mut self, frame: &Frame<'_>) {
+        self.collisions.observe(frame);
+        self.frames += 1;
+        if self.frames == Self::INTERVAL {
+            self.end_interval();
+        }
+    }
+
+    fn end_interval(&mut self) {
+        if self.frames > 0 {
+            self.collisions.take(&mut self.sample);
+            self.sums.iter_mut().zip(&self.sample).for_each(|(sum, value)| *sum += value);
+            self.frames = 0;
+        }
+    }
+
+    /// What was measured until now, with so many terms; nothing before there was enough of it.
+    pub(super) fn fit(&mut self, terms: usize) -> Option<Box<dyn EquationOfState>> {
+        self.end_interval();
+        let means = Means::of(&self.sums);
+        let fluid = || self.bulk.clone().filter(|&bin| means.is_below(FREEZING, bin));
+        if fluid().map(|bin| means.path(bin)).sum::<f64>() < Self::LEAST_PATH {
+            return None;
+        }
+        let series = Series::new(&means.fit(fluid(), terms)?);
+        let both = FluidSolid::new(series, SpeedySolid, Coexistence::default());
+        // One that is too dilute to have been seen to freeze.
+        Some(both.map_or_else(|_| Box::new(series) as Box<dyn EquationOfState>, |both| Box::new(both)))
+    }
+
+    /// Ends a step.
+    pub(super) fn next_step(&mut self) {
+        self.end_interval();
+        self.sums.iter_mut().for_each(|sum| *sum *= Self::KEPT);
+    }
+}
+
+impl Recorder for OwnEquation {
+    #[inline]
+    fn record_move(&mut self, accepted: &AcceptedMove) {
+        self.collisions.record_move(accepted);
+    }
+
+    #[inline]
+    fn record_collision(&mut self, collision: &Collision) {
+        self.collisions.record_collision(collision);
+    }
+
+    fn wants_local_moves(&mut self) -> bool {
+        false
+    }
+}
+
+persist!(OwnEquation { part collisions, count frames, slice sums }, |own| own.frames < OwnEquation::INTERVAL);

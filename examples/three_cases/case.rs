@@ -1,14 +1,12 @@
 //! The three cases: what differs between them.
 
-use super::measurement::{Replica, simulate};
-use super::protocol::{Protocol, SchemeChoice};
+use super::measurement::{Replica, Task};
+use super::protocol::SchemeChoice;
 use gradient_mc::drive::{Automatic, EquationOfStateClosure, Instantaneous, SelfConsistent};
 use gradient_mc::field::{ExponentialField, UniformField};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{Error, Field, Scene, TemperatureProfile};
 use paper::Failure;
-use paper::interrupt::Interrupt;
-use paper::progress::Progress;
 
 /// One of the paper's three systems.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,50 +81,26 @@ impl Case {
     }
 
     /// Simulates one replica.
-    pub(crate) fn simulate(
-        self,
-        protocol: &Protocol,
-        seed: u64,
-        interrupt: &Interrupt,
-        progress: &Progress,
-    ) -> Result<Replica, Failure> {
-        let slab = protocol.slab()?;
-        let particles = protocol.particles;
+    pub(crate) fn simulate(self, task: Task<'_>) -> Result<Replica, Failure> {
+        let slab = task.protocol.slab()?;
+        let particles = task.protocol.particles;
         let temperature = self.base_temperature();
         match self {
             Self::Isothermal => {
-                let scene =
-                    Scene::new(slab, particles, UniformField::default(), Isothermal::new(temperature)?)?;
-                simulate(scene, Automatic, protocol, seed, interrupt, progress)
+                let temperature = Isothermal::new(temperature)?;
+                task.simulate(Scene::new(slab, particles, UniformField::default(), temperature)?, Automatic)
             }
             Self::VaryingField => {
                 let field = ExponentialField::new(self.field_rate())?;
-                let scene = Scene::new(slab, particles, field, Isothermal::new(temperature)?)?;
-                simulate(scene, Automatic, protocol, seed, interrupt, progress)
+                task.simulate(Scene::new(slab, particles, field, Isothermal::new(temperature)?)?, Automatic)
             }
             Self::VaryingTemperature => {
                 let temperature = ExponentialTemperature::new(temperature, self.temperature_decay())?;
                 let scene = Scene::new(slab, particles, UniformField::default(), temperature)?;
-                match protocol.scheme {
-                    SchemeChoice::SelfConsistent => {
-                        simulate(scene, SelfConsistent::default(), protocol, seed, interrupt, progress)
-                    }
-                    SchemeChoice::Closure => simulate(
-                        scene,
-                        EquationOfStateClosure::default(),
-                        protocol,
-                        seed,
-                        interrupt,
-                        progress,
-                    ),
-                    SchemeChoice::Instantaneous => simulate(
-                        scene,
-                        Instantaneous::default().any_moves(),
-                        protocol,
-                        seed,
-                        interrupt,
-                        progress,
-                    ),
+                match task.protocol.scheme {
+                    SchemeChoice::SelfConsistent => task.simulate(scene, SelfConsistent::default()),
+                    SchemeChoice::Closure => task.simulate(scene, EquationOfStateClosure::default()),
+                    SchemeChoice::Instantaneous => task.simulate(scene, Instantaneous::default().any_moves()),
                 }
             }
         }

@@ -13,6 +13,9 @@
 // A summary is put together once; the clearer call is the better one.
 #![allow(clippy::format_push_string)]
 
+#[macro_use]
+extern crate paper;
+
 mod case;
 mod measurement;
 mod picture;
@@ -23,12 +26,14 @@ mod summary;
 use case::Case;
 use gradient_mc::observers::MAXIMUM_BINS;
 use gradient_mc::{Error, Slab};
-use measurement::Replica;
+use measurement::{Replica, Task};
 use paper::interrupt::Interrupt;
+use paper::output::{self, create_directory};
 use paper::progress::{Progress, in_words};
 use paper::{Ending, Failure, Session, replicas, study};
 use protocol::{Arguments, Protocol};
 use report::Report;
+use std::io::ErrorKind;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -67,13 +72,22 @@ fn check(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
+/// What a run that is stopped leaves in its directory, to go on from.
+const UNFINISHED: &str = "unfinished";
+
 fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     check(arguments)?;
     let protocol = Protocol::new(arguments, session)?;
     let (directory, interrupt) = (&session.directory, &session.interrupt);
-    println!("{protocol}");
-    if arguments.paper {
-        announce_duration(&protocol, session.threads, interrupt)?;
+    let unfinished = &directory.join(UNFINISHED);
+    if arguments.fresh {
+        remove(unfinished)?;
+    }
+    let goes_on = unfinished.is_dir();
+    println!("{protocol}{}", if goes_on { "; goes on where it was stopped" } else { "" });
+    keep_options(&protocol, unfinished)?;
+    if arguments.paper && !goes_on {
+        announce_duration(&protocol, session.threads, interrupt, unfinished)?;
     }
 
     let started = Instant::now();
@@ -81,21 +95,34 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
         .into_iter()
         .flat_map(|case| (0..protocol.replicas).map(move |replica| (case, replica)))
         .collect();
-    let progress = Progress::new(tasks.len() as u64 * protocol.sweeps_per_replica(), "three cases");
+    let progress = &Progress::new(tasks.len() as u64 * protocol.sweeps_per_replica(), "three cases");
     let measured = replicas::in_parallel(session.threads, tasks, |(case, replica)| {
-        case.simulate(&protocol, protocol.seed(case, replica), interrupt, &progress)
+        let checkpoint = &unfinished.join(format!("{}_{replica}", case.name()));
+        let (protocol, seed) = (&protocol, protocol.seed(case, replica));
+        // An error in one case must not cost the others.
+        let outcome = case.simulate(Task { protocol, seed, checkpoint, interrupt, progress });
+        Ok(outcome.map_err(|failure| explained(&failure, case, replica)))
     })?;
     progress.finish();
     let elapsed = started.elapsed();
 
-    let per_case = measured.chunks(usize::try_from(protocol.replicas)?);
+    let mut measured = measured.into_iter();
     let mut reports = Vec::new();
-    for (case, replicas) in Case::ALL.into_iter().zip(per_case) {
+    let mut failures = Vec::new();
+    for case in Case::ALL {
+        let replicas = measured.by_ref().take(usize::try_from(protocol.replicas)?);
+        let replicas = match replicas.collect::<Vec<_>>().into_iter().collect::<Result<Vec<_>, _>>() {
+            Ok(replicas) => replicas,
+            Err(failure) => {
+                failures.push(failure);
+                continue;
+            }
+        };
         // An interrupt may come before anything was measured, or before it is enough for an error bar; that
         // must not cost the cases that are complete.
         let any = replicas.iter().any(|replica| replica.measured > 0);
         let outcome = if any {
-            write_case(case, replicas, &protocol, directory)
+            write_case(case, &replicas, &protocol, directory)
         } else {
             Err("nothing was measured".into())
         };
@@ -104,7 +131,7 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
             Err(failure) if interrupt.pressed() && (!any || is_too_short(&failure)) => {
                 println!("{}: interrupted before enough was measured for a table", case.head());
             }
-            Err(failure) => return Err(failure),
+            Err(failure) => failures.push(format!("{}: {failure}", case.head())),
         }
     }
     if !reports.is_empty() {
@@ -112,7 +139,51 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
         println!("{}", summary::remarks(&protocol, &reports, session.threads, elapsed));
         println!("written to {}", directory.display());
     }
-    Ok(if interrupt.pressed() { Ending::Interrupted } else { Ending::Finished })
+    if !failures.is_empty() {
+        return Err(failures.join("\n").into());
+    }
+    if interrupt.pressed() {
+        println!("the same command goes on from {}", unfinished.display());
+        return Ok(Ending::Interrupted);
+    }
+    remove(unfinished)?;
+    Ok(Ending::Finished)
+}
+
+/// Notes in the directory of what is unfinished what is simulated, or sees that it is the same as was.
+fn keep_options(protocol: &Protocol, unfinished: &Path) -> Result<(), Failure> {
+    create_directory(unfinished)?;
+    let (path, options) = (unfinished.join("options"), format!("{protocol:#?}\n"));
+    match std::fs::read_to_string(&path) {
+        Ok(text) if text == options => Ok(()),
+        Ok(_) => {
+            let path = path.display();
+            Err(format!("{path} is of a run with other options: take these, another --out, or --fresh")
+                .into())
+        }
+        Err(_) => output::write(&path, options),
+    }
+}
+
+/// What went wrong in a replica, with its causes.
+fn explained(failure: &Failure, case: Case, replica: u64) -> String {
+    let mut text = format!("{}, replica {replica}: {failure}", case.head());
+    let mut cause = failure.source();
+    while let Some(error) = cause {
+        text.push_str(&format!(", because: {error}"));
+        cause = error.source();
+    }
+    text
+}
+
+/// Removes a directory, if it is there.
+fn remove(directory: &Path) -> Result<(), Failure> {
+    match std::fs::remove_dir_all(directory) {
+        Err(error) if error.kind() != ErrorKind::NotFound => {
+            Err(format!("cannot remove {}: {error}", directory.display()).into())
+        }
+        _ => Ok(()),
+    }
 }
 
 /// Whether all that is wrong is that too little was measured.
@@ -135,12 +206,23 @@ fn write_case(
 }
 
 /// Says how long the protocol takes on this machine, from a few sweeps of each case.
-fn announce_duration(protocol: &Protocol, threads: usize, interrupt: &Interrupt) -> Result<(), Failure> {
-    let trial = protocol.trial();
+fn announce_duration(
+    protocol: &Protocol,
+    threads: usize,
+    interrupt: &Interrupt,
+    directory: &Path,
+) -> Result<(), Failure> {
+    let trial = &protocol.trial();
+    let checkpoint = &directory.join("trial");
+    let progress = &Progress::hidden();
     let speeds = Case::ALL
         .into_iter()
         .map(|case| {
-            let replica = case.simulate(&trial, 0, interrupt, &Progress::hidden())?;
+            let task = Task { protocol: trial, seed: 0, checkpoint, interrupt, progress };
+            let replica = case.simulate(task)?;
+            for path in [checkpoint.clone(), checkpoint.with_extension("previous")] {
+                std::fs::remove_file(path).ok();
+            }
             Ok(replica.busy.as_secs_f64() / trial.sweeps_per_replica() as f64)
         })
         .collect::<Result<Vec<f64>, Failure>>()?;
@@ -153,7 +235,7 @@ fn announce_duration(protocol: &Protocol, threads: usize, interrupt: &Interrupt)
     }
     let total = Duration::from_secs_f64(free_at.into_iter().fold(0.0, f64::max));
     println!(
-        "estimate: {} on {} threads; Ctrl-C stops and writes everything measured by then",
+        "estimate: {} on {} threads; Ctrl-C stops, and the same command goes on",
         in_words(total),
         replicas::thread_count(threads)
     );

@@ -1,20 +1,25 @@
-//! One replica: equilibrate, then measure in consecutive intervals.
+//! One replica: equilibrate, then measure in consecutive intervals. It goes on where an earlier process was stopped.
 
 use super::protocol::{Protocol, StartChoice};
+use gradient_mc::checkpoint::{Archive, Persist, Run};
 use gradient_mc::drive::{ForceBalance, Scheme};
 use gradient_mc::observers::{Bins, CenterOfMass, EquationOfStateFit, EquationOfStateProfile};
 use gradient_mc::start::{ClosePacked, RandomInsertion, Start, Theory};
-use gradient_mc::{Every, Field, Scene, Simulation, TemperatureProfile, Warning};
+use gradient_mc::{
+    Error, Every, Field, Frame, Observer, ObserverError, Scene, Simulation, TemperatureProfile, Warning,
+};
 use paper::Failure;
 use paper::clock::cpu_seconds;
 use paper::interrupt::Interrupt;
 use paper::progress::Progress;
-use paper::replicas::in_chunks;
+use std::path::Path;
 use std::time::Duration;
 
 /// Sweeps between two looks at the configuration: counting spheres costs less than moving them, but
 /// not nothing, and neighboring sweeps look alike.
 const OBSERVATION_INTERVAL: u64 = 5;
+/// Time that a process that is killed loses at most.
+const BETWEEN_CHECKPOINTS: Duration = Duration::from_secs(60);
 
 /// What one replica measured.
 pub(crate) struct Replica {
@@ -27,67 +32,102 @@ pub(crate) struct Replica {
     pub(crate) force_balance: Option<ForceBalance>,
     /// What the run says against itself.
     pub(crate) warnings: Vec<Warning>,
-    /// Processor time of the whole replica.
+    /// Processor time of the whole replica; of what an earlier process did, at the speed of this one.
     pub(crate) busy: Duration,
     /// Sweeps measured.
     pub(crate) measured: u64,
 }
 
-/// Simulates one replica of a scene.
-pub(crate) fn simulate<F, T, S>(
-    scene: Scene<F, T>,
-    scheme: S,
-    protocol: &Protocol,
-    seed: u64,
-    interrupt: &Interrupt,
-    progress: &Progress,
-) -> Result<Replica, Failure>
-where
-    F: Field,
-    T: TemperatureProfile,
-    S: Scheme<F, T>,
-{
-    let start: Box<dyn Start> = match protocol.start {
-        StartChoice::RandomInsertion => Box::new(RandomInsertion::default()),
-        StartChoice::Theory => Box::new(Theory),
-        StartChoice::ClosePacked => Box::new(ClosePacked),
-    };
-    let builder = Simulation::builder(scene).scheme(scheme).start(start);
-    let simulation = builder.moves(protocol.moves()?).seed(seed).build()?;
-    measure(simulation, protocol, interrupt, progress)
+/// What a replica is simulated with, beside scene and scheme.
+#[derive(Clone, Copy)]
+pub(crate) struct Task<'a> {
+    pub(crate) protocol: &'a Protocol,
+    pub(crate) seed: u64,
+    /// What it goes on from, and leaves when it is stopped.
+    pub(crate) checkpoint: &'a Path,
+    pub(crate) interrupt: &'a Interrupt,
+    pub(crate) progress: &'a Progress,
 }
 
-fn measure<F: Field, T: TemperatureProfile, S: Scheme<F, T>>(
-    mut simulation: Simulation<F, T, S>,
-    protocol: &Protocol,
-    interrupt: &Interrupt,
-    progress: &Progress,
-) -> Result<Replica, Failure> {
-    let started = cpu_seconds();
-    in_chunks(protocol.equilibration, interrupt, progress, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
-    let mut center_of_mass = Every::new(OBSERVATION_INTERVAL, CenterOfMass::new());
-    let mut fit = EquationOfStateFit::new(simulation.scene())?;
-    let mut profiles = Vec::new();
-    let mut measured = 0;
-    for &sweeps in &protocol.intervals {
-        let profile = EquationOfStateProfile::new(simulation.scene().slab(), Bins::count(protocol.bins()))?;
-        let mut profile = Every::new(OBSERVATION_INTERVAL, profile);
-        let done = in_chunks(sweeps, interrupt, progress, |sweeps| {
-            simulation.run(sweeps, &mut (&mut profile, &mut center_of_mass, &mut fit))
-        })?;
-        if done == 0 {
-            break;
+/// A profile for every interval.
+struct Intervals {
+    /// Sweeps of each.
+    sweeps: Vec<u64>,
+    profiles: Vec<EquationOfStateProfile>,
+}
+
+impl Observer for Intervals {
+    fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+        let mut end = 0;
+        for (sweeps, profile) in self.sweeps.iter().zip(&mut self.profiles) {
+            end += sweeps;
+            if frame.sweep_of_phase() <= end {
+                return profile.observe(frame);
+            }
         }
-        measured += done;
-        profiles.push(profile.observer);
+        Ok(())
     }
-    Ok(Replica {
-        profiles,
-        center_of_mass: center_of_mass.observer,
-        fit,
-        force_balance: simulation.force_balance().cloned(),
-        warnings: simulation.warnings(),
-        busy: Duration::from_secs_f64(cpu_seconds() - started),
-        measured,
-    })
+}
+
+impl Persist for Intervals {
+    fn persist(&mut self, archive: &mut Archive<'_>) -> Result<(), Error> {
+        archive.same("sweeps of intervals", &self.sweeps)?;
+        archive.part("profiles", &mut self.profiles)
+    }
+}
+
+impl Task<'_> {
+    /// Simulates one replica of a scene.
+    pub(crate) fn simulate<F, T, S>(self, scene: Scene<F, T>, scheme: S) -> Result<Replica, Failure>
+    where
+        F: Field,
+        T: TemperatureProfile,
+        S: Scheme<F, T, Drive: Persist, Adaptation: Persist>,
+    {
+        let Self { protocol, seed, checkpoint, interrupt, progress } = self;
+        let slab = *scene.slab();
+        let profile = || EquationOfStateProfile::new(&slab, Bins::count(protocol.bins()));
+        let profiles = protocol.intervals.iter().map(|_| profile()).collect::<Result<_, _>>()?;
+        let mut observer = (
+            Every::new(OBSERVATION_INTERVAL, Intervals { sweeps: protocol.intervals.clone(), profiles }),
+            Every::new(OBSERVATION_INTERVAL, CenterOfMass::new()),
+            EquationOfStateFit::new(&scene)?,
+        );
+        let start: Box<dyn Start> = match protocol.start {
+            StartChoice::RandomInsertion => Box::new(RandomInsertion::default()),
+            StartChoice::Theory => Box::new(Theory),
+            StartChoice::ClosePacked => Box::new(ClosePacked),
+        };
+        let builder = Simulation::builder(scene).scheme(scheme).start(start);
+        let builder = builder.moves(protocol.moves()?).seed(seed);
+        let (began_at, mut reported, mut began) = (cpu_seconds(), 0, 0);
+        let (simulation, ended) = Run::new(checkpoint, protocol.equilibration, protocol.production())
+            .checkpoint_every(BETWEEN_CHECKPOINTS)
+            .stop_on(interrupt.flag())
+            .progress(|now| {
+                // Says so if it is.
+                interrupt.pressed();
+                if reported == 0 && now.began > 0 {
+                    progress.resume(now.began);
+                    reported = now.began;
+                }
+                began = now.began;
+                progress.advance(now.sweep - reported);
+                reported = now.sweep;
+            })
+            .of(builder, &mut observer)?;
+        let (profiles, center_of_mass, fit) = observer;
+        let now = ended.sweep - began;
+        let share = if now > 0 { ended.sweep as f64 / now as f64 } else { 0.0 };
+        let begun = profiles.observer.profiles.into_iter().filter(|profile| profile.observations() > 0);
+        Ok(Replica {
+            profiles: begun.collect(),
+            center_of_mass: center_of_mass.observer,
+            fit,
+            force_balance: simulation.force_balance().cloned(),
+            warnings: simulation.warnings(),
+            busy: Duration::from_secs_f64((cpu_seconds() - began_at) * share),
+            measured: ended.sweep.saturating_sub(protocol.equilibration),
+        })
+    }
 }

@@ -44,6 +44,10 @@ pub(crate) struct Arguments {
     #[arg(long)]
     pub(crate) bin_width: Option<f64>,
 
+    /// Starts anew where an earlier run was stopped
+    #[arg(long)]
+    pub(crate) fresh: bool,
+
     /// The full protocol of the paper: random insertion of 25 000 spheres, 500000 sweeps, then five intervals of 100000
     /// (hours). Options given beside it take precedence
     #[arg(long)]
@@ -171,9 +175,14 @@ impl Protocol {
         count(Self::HEIGHT / self.bin_width)
     }
 
+    /// Sweeps measured.
+    pub(crate) fn production(&self) -> u64 {
+        self.intervals.iter().sum()
+    }
+
     /// Sweeps of one replica, equilibration included.
     pub(crate) fn sweeps_per_replica(&self) -> u64 {
-        self.equilibration + self.intervals.iter().sum::<u64>()
+        self.equilibration + self.production()
     }
 
     /// Seed of a replica: the same for any number of threads.
@@ -195,7 +204,7 @@ impl fmt::Display for Protocol {
             self.moves_name(),
             self.replicas,
             self.equilibration,
-            self.intervals.iter().sum::<u64>(),
+            self.production(),
             Self::HEIGHT / self.bins() as f64,
         )
     }

@@ -13,6 +13,42 @@
 //! | an observer, a drive or an adaptation of your own in it | [`Persist`] |
 //! | each step by yourself | [`Simulation::snapshot`](crate::Simulation::snapshot), [`Snapshot::write`], [`Snapshot::read`] |
 //!
+//! # Many tasks of a queue
+//! Each task is one replica, told by its number which, and is sent a signal before its time is over; the same script, sent
+//! again, goes on. With Slurm:
+//!
+//! ```sh
+//! #!/bin/sh
+//! #SBATCH --array=0-99
+//! #SBATCH --time=24:00:00
+//! # SIGUSR1 to the program, ten minutes before the end.
+//! #SBATCH --signal=USR1@600
+//! srun ./my_program "$SLURM_ARRAY_TASK_ID"
+//! ```
+//!
+//! The program makes the [`Run`] of its task, with `stop_on(signals.flag())`:
+//!
+//! ```
+//! use gradient_mc::checkpoint::Run;
+//! use gradient_mc::observers::CenterOfMass;
+//! use gradient_mc::{Replicas, Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+//! # let folder = std::env::temp_dir().join(format!("gradient-mc-array-{}", std::process::id()));
+//! # let arguments = ["my_program", "0"].map(String::from);
+//! // let arguments: Vec<String> = std::env::args().collect();
+//! let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 36, UniformField::default(), Isothermal::new(5.0)?)?;
+//! let builder = Simulation::builder(scene);
+//! let task: usize = arguments[1].parse()?;
+//! let seed = Replicas::new(100).seed(1).replica(task).seed();
+//! let path = folder.join(format!("task_{task}"));
+//! let (_, ended) = Run::new(&path, 100, 200).of(builder.clone().seed(seed), &mut CenterOfMass::new())?;
+//! println!("{ended}");
+//! // Once all are done, by whoever wants to know: all that is there, as one process would have measured it.
+//! let paths = (0..100).map(|task| folder.join(format!("task_{task}"))).filter(|path| path.exists());
+//! println!("{}", builder.pooled(paths, &CenterOfMass::new())?.estimate()?);
+//! # std::fs::remove_dir_all(folder)?;
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
+//!
 //! # The file
 //! Eight bytes `gmc-ckpt`, the version of the format (four bytes, as all numbers the lowest first), the CRC-32 of what
 //! follows, the number of bytes that follow, and these: seed, sweep and sweeps of production, and three pieces, each after

@@ -403,8 +403,7 @@ impl fmt::Display for Suggestion {
 }
 
 impl Certificate {
-    /// That of a run at one temperature, from the heights of its center of mass: only whether it is
-    /// at rest is in question.
+    /// That of a run at one temperature, from the heights of its center of mass: is it at rest?
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] for a tolerance that is not positive and finite;
@@ -435,8 +434,7 @@ impl Certificate {
         })
     }
 
-    /// Of a run whose slowest quantity has seen so many independent configurations: not converged if
-    /// they are too few.
+    /// Not converged if the slowest quantity of the run has seen too few independent configurations.
     pub(crate) fn mixed(mut self, independent: f64) -> Self {
         self.effective_sample_size = self.effective_sample_size.min(independent);
         if self.is_converged() && self.effective_sample_size < FEWEST_INDEPENDENT {

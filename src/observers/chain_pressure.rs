@@ -52,6 +52,7 @@ pub struct ChainPressureProfile {
 /// Means of one bin over all frames, or over those that a jackknife leaves; see
 /// [`ChainPressureProfile::jackknife`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct BinPressures {
     /// Middle of the bin.
@@ -64,6 +65,7 @@ pub struct BinPressures {
 
 /// Pressures in one bin.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct ChainPressurePoint {
     /// Middle of the bin.

@@ -36,6 +36,7 @@ pub struct DensityProfile {
 
 /// Density of one bin.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct DensityPoint {
     /// Middle of the bin.

@@ -34,6 +34,7 @@ pub struct DisplacementProfile {
 
 /// Mobility in one bin.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct DisplacementPoint {
     /// Middle of the bin.

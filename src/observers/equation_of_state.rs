@@ -36,6 +36,7 @@ pub struct EquationOfStateProfile {
 
 /// What one bin says about the equation of state.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct EquationOfStatePoint {
     /// Middle of the bin.
@@ -55,6 +56,7 @@ pub struct EquationOfStatePoint {
 /// Means of one bin over all frames, or over those that a jackknife leaves; see
 /// [`EquationOfStateProfile::jackknife`].
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct BinState {
     /// Middle of the bin.
@@ -69,6 +71,7 @@ pub struct BinState {
 
 /// How far one bin is from an equation of state.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct DeviationPoint {
     /// Middle of the bin.

@@ -2,6 +2,8 @@
 
 use crate::{Frame, Observer, ObserverError};
 use std::io::Write;
+#[cfg(feature = "checkpoint")]
+use std::io::{Seek as _, SeekFrom};
 
 /// Writes every frame that it sees as extended XYZ, which OVITO, ASE and others read.
 ///
@@ -10,6 +12,9 @@ use std::io::Write;
 /// wall and is periodic along y and z (`pbc="F T T"`); `sweep` is the number of the sweep. Numbers
 /// read back as the same bits, and spheres keep their places in all frames. [`Every`](crate::Every)
 /// writes fewer frames.
+///
+/// With the feature `checkpoint`, one that writes to a file can be part of a run that goes on where it was stopped. Open the
+/// file by `File::options().create(true).append(true)`, which keeps what is there.
 ///
 /// A frame is handed to the writer at once, and then flushed: a file needs no buffer. What the
 /// writer returns ends the run as the error of an observer.
@@ -62,6 +67,26 @@ impl<W: Write> Observer for ExtendedXyz<W> {
         }
         self.writer.write_all(text)?;
         Ok(self.writer.flush()?)
+    }
+}
+
+/// Only of files: a checkpoint keeps how long the file is, and a run that goes on cuts off what was written later.
+#[cfg(feature = "checkpoint")]
+impl crate::checkpoint::Persist for ExtendedXyz<std::fs::File> {
+    fn persist(&mut self, archive: &mut crate::checkpoint::Archive<'_>) -> Result<(), crate::Error> {
+        let file = &mut self.writer;
+        let failed = |error: std::io::Error| crate::Error::Custom(error.into());
+        // What a checkpoint counts on has to be on the disk before it.
+        file.sync_data().map_err(failed)?;
+        let now = file.metadata().map_err(failed)?.len();
+        let mut length = now;
+        archive.count("bytes", &mut length)?;
+        // A file that has become shorter is not the one that was written.
+        archive.check(length <= now)?;
+        if archive.is_reading() {
+            file.set_len(length).and_then(|()| file.seek(SeekFrom::Start(length))).map_err(failed)?;
+        }
+        Ok(())
     }
 }
 

@@ -6,6 +6,7 @@ use crate::statistics::Estimate;
 
 /// One layer of spheres: a maximum of n(x) between two minima.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Layer {
     /// Height of the peak: the centroid of what rises above half way from the higher of the minima beside it. A peak in the bin where centers begin is

@@ -45,6 +45,7 @@ pub struct NeighborAngles {
 
 /// The distribution in one bin of angles.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct NeighborAnglePoint {
     /// Middle of the bin, in degrees from 0 to below 360.

@@ -45,6 +45,7 @@ pub struct PressureProfile {
 
 /// Pressure of one bin.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct PressurePoint {
     /// Middle of the bin.

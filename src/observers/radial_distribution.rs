@@ -45,6 +45,7 @@ pub struct RadialDistribution {
 
 /// The distribution in one bin of distances.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct RadialDistributionPoint {
     /// Middle of the bin.

@@ -35,6 +35,7 @@ pub struct StructureProfile {
 
 /// What spheres of one bin, or range of heights, are like.
 #[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct StructurePoint {
     /// Middle of the bin.

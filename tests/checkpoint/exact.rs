@@ -238,3 +238,22 @@ fn large_systems_on_any_number_of_threads() {
         }
     }
 }
+
+/// What .ci/run compares between builds with and without the feature `rayon`.
+#[test]
+#[ignore = "prints what another build has to print too"]
+fn checksums() {
+    for (extents, particles, moves) in [
+        ([250.0, 16.0, 16.0], 12_000, LocalMoves::tuned().into()),
+        ([40.0, 150.0, 150.0], 135_000, Moves::default()),
+    ] {
+        let slab = Slab::new(extents[0], extents[1], extents[2]).unwrap();
+        let scene =
+            Scene::new(slab, particles, UniformField::default(), Isothermal::new(6.0).unwrap()).unwrap();
+        let mut observer = all(&scene);
+        let mut simulation = Simulation::builder(scene).moves(moves).seed(9).build().unwrap();
+        advance(&mut simulation, &mut observer, 4, 8);
+        let bytes = simulation.snapshot(&mut observer).unwrap().to_bytes();
+        println!("checksum {:08x} of {} bytes", crc32fast::hash(&bytes), bytes.len());
+    }
+}

@@ -3,9 +3,9 @@
 use crate::file::Folder;
 use gradient_mc::checkpoint::{Reason, Run, Snapshot};
 use gradient_mc::field::UniformField;
-use gradient_mc::observers::CenterOfMass;
+use gradient_mc::observers::{CenterOfMass, ExtendedXyz};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
-use gradient_mc::{Error, Scene, Simulation, SimulationBuilder, Slab};
+use gradient_mc::{Error, Every, Scene, Simulation, SimulationBuilder, Slab};
 use std::error::Error as _;
 use std::fs;
 use std::path::Path;
@@ -185,4 +185,61 @@ fn another_call_is_refused() {
     let temperature = run(&path, 50).of(Simulation::builder(isothermal).seed(1), &mut CenterOfMass::new());
     assert!(matches!(temperature, Err(Error::CheckpointMismatch { .. })));
     assert_eq!(fs::read(&path).unwrap(), before);
+}
+
+#[test]
+fn a_folder_that_is_removed_or_read_only_is_said() {
+    let folder = Folder::new("removed");
+    let path = folder.0.join("inner").join("run");
+    let (stop, mut unsaved) = (AtomicBool::new(false), String::new());
+    let this = Run::new(&path, 100, 1 << 40).checkpoint_every(Duration::from_millis(20)).stop_on(&stop);
+    let this = this.progress(|progress| match progress.unsaved {
+        None => drop(fs::remove_dir_all(folder.0.join("inner"))),
+        Some(error) => {
+            unsaved = error.to_string();
+            // There again.
+            fs::create_dir_all(folder.0.join("inner")).unwrap();
+            stop.store(true, Ordering::SeqCst);
+        }
+    });
+    let (simulation, _) = this.of(builder(1), &mut CenterOfMass::new()).unwrap();
+    assert!(unsaved.contains("inner"), "{unsaved}");
+    // The last call of `progress` removes it once more.
+    assert!(simulation.sweep() > 0);
+
+    // Whoever may write everywhere is not stopped by this.
+    let readable = folder.0.join("readable");
+    fs::create_dir_all(&readable).unwrap();
+    let mut permissions = fs::metadata(&readable).unwrap().permissions();
+    permissions.set_readonly(true);
+    fs::set_permissions(&readable, permissions).unwrap();
+    let anybody = fs::write(readable.join("probe"), b"").is_err();
+    let outcome = run(&readable.join("run"), 200).of(builder(1), &mut CenterOfMass::new());
+    assert_eq!(matches!(outcome, Err(Error::CheckpointFile { .. })), anybody);
+}
+
+#[test]
+fn a_trajectory_goes_on_with_the_run() {
+    let folder = Folder::new("trajectory");
+    let open = |name: &str| {
+        let file = fs::File::options().create(true).append(true).open(folder.0.join(name)).unwrap();
+        Every::new(7, ExtendedXyz::new(file))
+    };
+    let go = |name: &str, sweeps: u64| {
+        let path = folder.0.join(format!("{name}.checkpoint"));
+        Run::new(path, 100, sweeps).of(builder(1), &mut open(&format!("{name}.xyz"))).unwrap()
+    };
+    go("whole", 300);
+    go("parts", 50);
+    // A process that was killed has written more than its checkpoint knows.
+    let more = fs::File::options().append(true).open(folder.0.join("parts.xyz"));
+    std::io::Write::write_all(&mut more.unwrap(), b"40\nLattice").unwrap();
+    go("parts", 120);
+    go("parts", 300);
+    let [whole, parts] = ["whole.xyz", "parts.xyz"].map(|name| fs::read(folder.0.join(name)).unwrap());
+    assert!(!whole.is_empty() && whole == parts);
+    fs::write(folder.0.join("parts.xyz"), b"another file").unwrap();
+    let path = folder.0.join("parts.checkpoint");
+    let refused = Run::new(path, 100, 400).of(builder(1), &mut open("parts.xyz"));
+    assert!(matches!(refused, Err(Error::CheckpointDamaged { .. })));
 }

@@ -1,41 +1,47 @@
-//! Ctrl-C: stop at the next chance and keep what was measured.
+//! Signals: stop at the next chance and keep what was measured.
 
 use super::Failure;
+use gradient_mc::checkpoint::Signals;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Whether Ctrl-C was pressed. The first press asks for a clean stop, the second ends the process.
+/// Whether the process was told to stop: by Ctrl-C, by SIGTERM or SIGUSR1, as queues do, or because its terminal is gone (SIGHUP).
+/// The first asks for a clean stop; a second Ctrl-C ends the process.
 #[derive(Debug, Clone)]
-pub struct Interrupt(Arc<AtomicBool>);
+pub struct Interrupt {
+    signals: Option<Signals>,
+    /// Whether somebody has been told that one has come.
+    noticed: Arc<AtomicBool>,
+}
 
 impl Interrupt {
     /// Starts listening; once per process.
     pub fn listen() -> Result<Self, Failure> {
-        let pressed = Arc::new(AtomicBool::new(false));
-        let seen = Arc::clone(&pressed);
-        ctrlc::set_handler(move || {
-            if seen.swap(true, Ordering::SeqCst) {
-                std::process::exit(130);
-            }
-            eprintln!("stopping after the sweeps under way; once more to give up what was measured");
-        })?;
-        Ok(Self(pressed))
+        Ok(Self { signals: Some(Signals::listen()?), noticed: Arc::default() })
     }
 
     /// One that listens to nobody.
     #[cfg(test)]
     pub(crate) fn silent() -> Self {
-        Self(Arc::default())
+        Self { signals: None, noticed: Arc::default() }
     }
 
-    /// As Ctrl-C does.
+    /// As a signal does.
     #[cfg(test)]
     pub(crate) fn press(&self) {
-        self.0.store(true, Ordering::SeqCst);
+        self.noticed.store(true, Ordering::SeqCst);
     }
 
     /// Whether a clean stop was asked for.
     pub fn pressed(&self) -> bool {
-        self.0.load(Ordering::SeqCst)
+        if self.flag().load(Ordering::SeqCst) && !self.noticed.swap(true, Ordering::SeqCst) {
+            eprintln!("stopping after the sweeps under way; Ctrl-C once more gives up what was measured");
+        }
+        self.noticed.load(Ordering::SeqCst)
+    }
+
+    /// True once a clean stop was asked for.
+    pub fn flag(&self) -> &AtomicBool {
+        self.signals.as_ref().map_or(&self.noticed, Signals::flag)
     }
 }

@@ -4,7 +4,7 @@
 //! A study is made of
 //!
 //! 1. options of its own beside those of every study, and [`study::main`], which reads both, makes the directory, listens
-//!    to Ctrl-C and sets the exit code: 0 done, 1 a claim fails, 2 an error, 130 interrupted;
+//!    to signals and sets the exit code: 0 done, 1 a claim fails, 2 an error, 130 interrupted;
 //! 2. runs: [`Session::run_all`] does many on all cores, with a bar, a seed each ([`Session::seed`]) and from both
 //!    [sides](study::Side) of the steady state;
 //! 3. a [`Report`]: CSV files, pictures ([`figure`]) with captions, and tables on the terminal ([`table`]);
@@ -62,6 +62,9 @@
     reason = "not published: every caller is in this package"
 )]
 
+#[macro_use]
+mod print;
+
 pub mod accuracy;
 pub mod calibration;
 pub mod captions;
@@ -82,6 +85,8 @@ pub mod table;
 pub mod verdict;
 pub mod warnings;
 
+#[doc(hidden)]
+pub use print::print_line;
 pub use report::Report;
 pub use study::{Session, Side, Watch};
 
@@ -95,7 +100,7 @@ pub type Failure = Box<dyn std::error::Error + Send + Sync>;
 pub enum Ending {
     /// Everything was done, and what the study claims held.
     Finished,
-    /// Ctrl-C: what was measured by then is written.
+    /// By a signal: what was measured by then is written.
     Interrupted,
     /// Everything was done, and the data contradict what the study claims.
     ClaimFailed,

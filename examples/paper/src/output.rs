@@ -2,13 +2,36 @@
 
 use super::Failure;
 use gradient_mc::statistics::Estimate;
-use std::fs::{self, File};
-use std::io::{BufWriter, Write};
-use std::path::Path;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 
-/// Creates a directory with its parents; the error names it.
+/// Creates a directory with its parents, and sees that files can be written to it; the error names it.
 pub fn create_directory(path: &Path) -> Result<(), Failure> {
-    fs::create_dir_all(path).map_err(|error| format!("cannot create {}: {error}", path.display()).into())
+    fs::create_dir_all(path).map_err(|error| format!("cannot create {}: {error}", path.display()))?;
+    let probe = path.join(format!("probe.{}", std::process::id()));
+    let probed = fs::write(&probe, "probe").and_then(|()| fs::remove_file(&probe));
+    probed.map_err(|error| format!("cannot write to {}: {error}", path.display()).into())
+}
+
+/// Writes a file that is there as a whole or not at all.
+pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(), Failure> {
+    write_by(path, |new| Ok(fs::write(new, bytes)?))
+}
+
+/// The same of what `write` writes under another name, with the same extension.
+pub fn write_by(path: &Path, write: impl FnOnce(&Path) -> Result<(), Failure>) -> Result<(), Failure> {
+    let mut name = PathBuf::from(path).with_extension("new").into_os_string();
+    if let Some(extension) = path.extension() {
+        name.push(".");
+        name.push(extension);
+    }
+    let new = PathBuf::from(name);
+    let written = write(&new).and_then(|()| Ok(fs::rename(&new, path)?));
+    written.map_err(|error| {
+        fs::remove_file(&new).ok();
+        format!("cannot write {}: {error}", path.display()).into()
+    })
 }
 
 /// Writes a CSV file: a comment line with the units, the names of the columns (between commas), and one row per record. A record
@@ -19,16 +42,14 @@ pub fn write_csv(
     columns: &str,
     records: impl IntoIterator<Item = impl AsRef<[f64]>>,
 ) -> Result<(), Failure> {
-    let file = File::create(path).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
-    let mut file = BufWriter::new(file);
-    writeln!(file, "# {units}")?;
-    let mut writer = csv::Writer::from_writer(file);
+    let mut text = Vec::new();
+    writeln!(text, "# {units}")?;
+    let mut writer = csv::Writer::from_writer(text);
     writer.write_record(columns.split(',').map(str::trim))?;
     for record in records {
         writer.write_record(record.as_ref().iter().map(|&value| short(value)))?;
     }
-    writer.flush()?;
-    Ok(())
+    write(path, writer.into_inner()?)
 }
 
 /// Reads what [`write_csv`] wrote: all rows, which have so many numbers.
@@ -98,5 +119,26 @@ mod tests {
         assert!(write_csv(&path, "units", "height, density", [[1.0]]).is_err());
         assert!(write_csv(&path.join("nowhere"), "units", "height", [[1.0]]).is_err());
         fs::remove_file(path).unwrap();
+    }
+
+    #[test]
+    fn a_file_is_there_as_a_whole_or_as_it_was() {
+        let directory = std::env::temp_dir().join(format!("paper_whole_{}", std::process::id()));
+        create_directory(&directory).unwrap();
+        let path = directory.join("picture.png");
+        write(&path, "before").unwrap();
+        let half = |new: &Path| {
+            assert_eq!(new.extension(), path.extension());
+            fs::write(new, "ha")?;
+            Err("no room".into())
+        };
+        let failure = write_by(&path, half).unwrap_err().to_string();
+        assert!(failure.contains("picture.png") && failure.ends_with("no room"), "{failure}");
+        assert_eq!(fs::read_to_string(&path).unwrap(), "before");
+        assert_eq!(fs::read_dir(&directory).unwrap().count(), 1);
+        // Not a directory.
+        let refused = create_directory(&path).unwrap_err().to_string();
+        assert!(refused.contains("picture.png"), "{refused}");
+        fs::remove_dir_all(directory).unwrap();
     }
 }

@@ -12,6 +12,8 @@ pub struct Progress {
     bar: ProgressBar,
     total: u64,
     done: AtomicU64,
+    /// Of these, those that an earlier process has done.
+    before: AtomicU64,
     started: Instant,
     /// Next tenth to be printed where there is no terminal.
     next_tenth: Option<Mutex<u64>>,
@@ -32,6 +34,7 @@ impl Progress {
             bar,
             total,
             done: AtomicU64::new(0),
+            before: AtomicU64::new(0),
             started: Instant::now(),
             next_tenth: (!terminal).then(|| Mutex::new(1)),
         }
@@ -43,9 +46,18 @@ impl Progress {
             bar: ProgressBar::hidden(),
             total: 0,
             done: AtomicU64::new(0),
+            before: AtomicU64::new(0),
             started: Instant::now(),
             next_tenth: None,
         }
+    }
+
+    /// Reports that `units` had been done before this process began.
+    pub fn resume(&self, units: u64) {
+        self.before.fetch_add(units, Ordering::Relaxed);
+        self.done.fetch_add(units, Ordering::Relaxed);
+        self.bar.inc(units);
+        self.bar.reset_eta();
     }
 
     /// Reports that `units` more are done.
@@ -58,7 +70,8 @@ impl Progress {
         if tenth >= *next && tenth <= 10 {
             *next = tenth + 1;
             let elapsed = self.started.elapsed();
-            let left = elapsed.mul_f64(self.total.saturating_sub(done) as f64 / done.max(1) as f64);
+            let now = done.saturating_sub(self.before.load(Ordering::Relaxed));
+            let left = elapsed.mul_f64(self.total.saturating_sub(done) as f64 / now.max(1) as f64);
             eprintln!("{:>4} %  {:.0} s, about {:.0} s left", tenth * 10, seconds(elapsed), seconds(left));
         }
     }

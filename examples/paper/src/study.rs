@@ -39,7 +39,7 @@ fn thread_count(text: &str) -> Result<usize, String> {
     }
 }
 
-/// That Ctrl-C was pressed: an error that ends a run early.
+/// That a signal has come: an error that ends a run early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("interrupted: figures need complete runs")]
 pub struct Interrupted;
@@ -80,7 +80,7 @@ pub fn parse<Own: Args>(
 }
 
 impl Session {
-    /// Makes the directory, and listens to Ctrl-C: once per process.
+    /// Makes the directory, sees that it can be written to, and listens to signals: once per process.
     fn new(name: &str, shared: SharedArguments) -> Result<Self, Failure> {
         let SharedArguments { seed, threads, out, short } = shared;
         let directory = out.clone().unwrap_or_else(|| PathBuf::from("out").join(name));
@@ -177,7 +177,7 @@ impl Watch<'_> {
         self.progress.advance(units);
     }
 
-    /// [`Interrupted`] if Ctrl-C was pressed.
+    /// [`Interrupted`] if a signal has come.
     pub fn check(&self) -> Result<(), Failure> {
         if self.interrupt.pressed() { Err(Interrupted.into()) } else { Ok(()) }
     }

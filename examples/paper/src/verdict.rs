@@ -1,8 +1,7 @@
 //! Verdicts: what a figure claims, the number that was measured, and the range it has to lie in.
 
-use super::output::create_directory;
 use super::table::Table;
-use super::{Ending, Failure};
+use super::{Ending, Failure, output};
 use gradient_mc::statistics::Estimate;
 use std::fmt;
 use std::path::Path;
@@ -106,8 +105,7 @@ impl Verdicts {
 
     /// Writes `verdicts.csv`: figure, claim, measured, error, range, and `holds` as true or false.
     pub fn write_csv(&self, directory: &Path) -> Result<(), Failure> {
-        create_directory(directory)?;
-        let mut writer = csv::Writer::from_path(directory.join("verdicts.csv"))?;
+        let mut writer = csv::Writer::from_writer(Vec::new());
         writer.write_record(COLUMNS)?;
         for verdict in &self.0 {
             writer.write_record([
@@ -120,8 +118,7 @@ impl Verdicts {
                 verdict.holds().to_string(),
             ])?;
         }
-        writer.flush()?;
-        Ok(())
+        output::write(&directory.join("verdicts.csv"), writer.into_inner()?)
     }
 }
 

@@ -6,7 +6,16 @@ mod measured;
 mod ranks;
 mod smoothing;
 persist!(
-    EquationOfStateFit { part run, same spheres, count frames, count incomplete, part ranks, part collisions, part averages },
+    EquationOfStateFit {
+        part run,
+        same spheres,
+        same open_end,
+        count frames,
+        count incomplete,
+        part ranks,
+        part collisions,
+        part averages,
+    },
     |fit| fit.frames < EquationOfStateFit::INTERVAL
 );
 

@@ -8,6 +8,9 @@
 //! it should lie within 0.8 to 1.25, and where every one does for all replicas, at most one replica in ten
 //! should be warned of.
 
+#[macro_use]
+extern crate paper;
+
 use gradient_mc::field::{ExponentialField, Field, UniformField};
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
 use gradient_mc::observers::{Bins, CenterOfMass, EquationOfStatePoint, EquationOfStateProfile};

@@ -8,6 +8,9 @@
 //!
 //! `--full` goes on until errors are below a quarter of a per cent.
 
+#[macro_use]
+extern crate paper;
+
 use gradient_mc::drive::{Certificate, ForceBalance, SelfConsistent};
 use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::field::UniformField;

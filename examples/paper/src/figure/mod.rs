@@ -3,7 +3,7 @@
 mod clip;
 mod draw;
 
-use super::Failure;
+use super::{Failure, output};
 use gradient_mc::statistics::Estimate;
 use plotters::prelude::*;
 pub use plotters::style::RGBColor;
@@ -301,8 +301,7 @@ impl Figure {
         // Shown at the size of the PNG; the view box keeps the finer grid.
         let drawn = format!("width=\"{width}\" height=\"{height}\"");
         let shown = format!("width=\"{}\" height=\"{}\"", self.size.0, self.size.1);
-        std::fs::write(path, text.replacen(&drawn, &shown, 1))
-            .map_err(|error| format!("cannot write {}: {error}", path.display()).into())
+        output::write(path, text.replacen(&drawn, &shown, 1))
     }
 
     fn save_png(&self, path: &Path) -> Result<(), Failure> {
@@ -314,12 +313,14 @@ impl Figure {
             root.present().map_err(|error| error.to_string())?;
         }
         let reduced = reduce(&pixels, self.size);
-        let root = BitMapBackend::new(path, self.size).into_drawing_area();
         let image: BitMapElement<'_, (i32, i32)> =
             BitMapElement::with_owned_buffer((0, 0), self.size, reduced)
                 .ok_or("the picture has no pixels")?;
-        root.draw(&image).map_err(|error| error.to_string())?;
-        root.present().map_err(|error| format!("cannot write {}: {error}", path.display()).into())
+        output::write_by(path, |path| {
+            let root = BitMapBackend::new(path, self.size).into_drawing_area();
+            root.draw(&image).map_err(|error| error.to_string())?;
+            root.present().map_err(|error| error.to_string().into())
+        })
     }
 }
 

@@ -1,11 +1,13 @@
 //! Running a study as a process of its own.
 
 use super::gather::REPORT;
-use paper::Failure;
+use paper::interrupt::Interrupt;
+use paper::{Failure, output};
 use std::ffi::OsString;
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Read};
 use std::path::Path;
-use std::process::{Command, Stdio};
+use std::process::{Command, Output, Stdio};
+use std::thread;
 use std::time::{Duration, Instant};
 
 /// How a process came to its end.
@@ -19,28 +21,67 @@ pub(crate) struct Launched {
 /// Runs the study with these arguments and output in `directory`, and keeps what it prints there.
 ///
 /// Cargo builds it first if it has to: `cargo run -p paper --bin all_figures` builds no other study. Where there is no cargo the
-/// executable beside this one is taken.
-pub(crate) fn launch(study: &str, arguments: &[OsString], directory: &Path) -> Result<Launched, Failure> {
-    std::fs::create_dir_all(directory)?;
+/// executable beside this one is taken. It is told to stop when this process is.
+pub(crate) fn launch(
+    study: &str,
+    arguments: &[OsString],
+    directory: &Path,
+    interrupt: &Interrupt,
+) -> Result<Launched, Failure> {
+    output::create_directory(directory)?;
     // What an earlier run has left must not pass for this one's.
     for file in ["verdicts.csv", "captions.csv", REPORT] {
-        match std::fs::remove_file(directory.join(file)) {
-            Err(error) if error.kind() != ErrorKind::NotFound => return Err(error.into()),
+        let path = directory.join(file);
+        match std::fs::remove_file(&path) {
+            Err(error) if error.kind() != ErrorKind::NotFound => {
+                return Err(format!("cannot remove {}: {error}", path.display()).into());
+            }
             _ => {}
         }
     }
     let started = Instant::now();
-    let output = match by_cargo(study, arguments, directory).output() {
+    let ended = match run(by_cargo(study, arguments, directory), interrupt) {
         Err(error) if error.kind() == ErrorKind::NotFound => {
-            beside_this_one(study, arguments, directory)?.output()
+            run(beside_this_one(study, arguments, directory)?, interrupt)
         }
-        output => output,
+        ended => ended,
     };
-    let output = output.map_err(|error| format!("cannot start {study}: {error}"))?;
-    let text = String::from_utf8_lossy(&output.stdout);
+    let ended = ended.map_err(|error| format!("cannot run {study}: {error}"))?;
+    let text = String::from_utf8_lossy(&ended.stdout);
     println!("{text}");
-    std::fs::write(directory.join(REPORT), text.as_bytes())?;
-    Ok(Launched { code: output.status.code(), duration: started.elapsed() })
+    output::write(&directory.join(REPORT), text.as_bytes())?;
+    Ok(Launched { code: ended.status.code(), duration: started.elapsed() })
+}
+
+/// Runs a command to its end, and tells it to stop if this process is told to.
+fn run(mut command: Command, interrupt: &Interrupt) -> std::io::Result<Output> {
+    let mut child = command.stdout(Stdio::piped()).spawn()?;
+    let pipe = child.stdout.take();
+    let reader = thread::spawn(move || {
+        let mut bytes = Vec::new();
+        pipe.map_or(Ok(0), |mut pipe| pipe.read_to_end(&mut bytes)).map(|_| bytes)
+    });
+    let mut told = false;
+    let status = loop {
+        if let Some(status) = child.try_wait()? {
+            break status;
+        }
+        if interrupt.pressed() && !told {
+            told = true;
+            stop(child.id());
+        }
+        thread::sleep(Duration::from_millis(50));
+    };
+    let stdout = reader.join().map_err(|_| std::io::Error::other("what it printed is lost"))??;
+    Ok(Output { status, stdout, stderr: Vec::new() })
+}
+
+/// Sends SIGTERM. A terminal sends its signals to the whole group by itself; a second one does no harm. Elsewhere the study
+/// runs to its end.
+fn stop(process: u32) {
+    if cfg!(unix) {
+        Command::new("kill").args(["-TERM", &process.to_string()]).status().ok();
+    }
 }
 
 fn by_cargo(study: &str, arguments: &[OsString], directory: &Path) -> Command {

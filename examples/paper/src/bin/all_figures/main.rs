@@ -4,6 +4,9 @@
 //! of the others), and writes `out/all_figures/index.html` from the pictures, captions and verdicts that they leave in
 //! `out/<study>`. The exit code is 1 if a claim of any of them fails, or if one has not come to its end.
 
+#[macro_use]
+extern crate paper;
+
 mod gather;
 mod launch;
 mod page;
@@ -81,7 +84,7 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
         let directory = out.join(study);
         let launched = (!arguments.collect && !session.interrupt.pressed()).then(|| {
             println!("{study}: figures {figures}");
-            let launched = launch(study, &passed_on(arguments, session), &directory);
+            let launched = launch(study, &passed_on(arguments, session), &directory, &session.interrupt);
             if let Err(failure) = &launched {
                 eprintln!("{study}: {failure}");
             }
@@ -133,6 +136,5 @@ fn write_page(parts: &[Part], arguments: &Arguments, session: &Session, path: &P
             command += option;
         }
     }
-    std::fs::write(path, page::page(parts, &command))
-        .map_err(|error| format!("cannot write {}: {error}", path.display()).into())
+    output::write(path, page::page(parts, &command))
 }

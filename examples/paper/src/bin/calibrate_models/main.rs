@@ -4,6 +4,9 @@
 //! what is to stand in `src/model/constants.rs` (`--fit` does only this). `--references` measures the forty scenes of `tests/model_for.rs`
 //! instead, to which nothing is fitted, and writes `tests/reference/model_*.csv` of this package. Run it in the directory of the repository.
 
+#[macro_use]
+extern crate paper;
+
 mod measure;
 mod reference;
 mod references;

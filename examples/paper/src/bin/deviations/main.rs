@@ -8,6 +8,9 @@
 //! At β = 0.05 the paper's own effective field is run, too, over a smaller base with as much counting noise: it is where its 7 %
 //! come from (`docs/seven_per_cent.md`, `-p paper --bin seven_per_cent`). `--paper` runs the paper's protocol in all systems beside ours, over its base.
 
+#[macro_use]
+extern crate paper;
+
 mod case;
 mod checks;
 mod nonlocal;

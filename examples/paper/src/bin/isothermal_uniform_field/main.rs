@@ -16,6 +16,9 @@
 // Temperatures and widths are labels here: copied, never computed.
 #![allow(clippy::float_cmp)]
 
+#[macro_use]
+extern crate paper;
+
 mod column;
 mod figure_02;
 mod figure_03;

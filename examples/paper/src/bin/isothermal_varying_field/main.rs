@@ -6,6 +6,9 @@
 //! 7 and 12); everything else is measured in the steady state that tuned moves and event chains reach in some hundred sweeps, from the same
 //! random start. `--paper` does all of it as the paper did.
 
+#[macro_use]
+extern crate paper;
+
 mod column;
 mod correlations;
 mod crystal;

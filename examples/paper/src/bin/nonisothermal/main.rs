@@ -7,6 +7,9 @@
 //! `--paper` runs the paper's own protocol beside ours, over its base: 25 000 spheres, displacements up to 0.75, the
 //! effective field from the histogram of the last sweep, 500 000 sweeps discarded and as many measured, from a uniform start.
 
+#[macro_use]
+extern crate paper;
+
 mod checks;
 mod column;
 mod maximum;

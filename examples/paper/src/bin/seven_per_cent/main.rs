@@ -10,6 +10,9 @@
 //! small moves take 10⁵ sweeps and more to relax its column: `--full` makes them, and every other combination, each known to
 //! half a per cent; the default leaves them to the smaller column.
 
+#[macro_use]
+extern crate paper;
+
 mod collisions;
 mod picture;
 mod prediction;

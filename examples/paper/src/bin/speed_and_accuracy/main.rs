@@ -14,6 +14,9 @@
 //! A result whose true error is more than twice the one that it claims is over-confident: a ring in the charts.
 //! `--long` makes the reference runs anew.
 
+#[macro_use]
+extern crate paper;
+
 mod chart;
 mod column;
 mod contest;

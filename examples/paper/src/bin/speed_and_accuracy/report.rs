@@ -5,10 +5,9 @@ use crate::contest::{Contest, Crossing, Task, Way, crossing};
 use crate::point::{Point, Quantity};
 use crate::profile::Errors;
 use paper::table::Table;
-use paper::{Failure, Report};
+use paper::{Failure, Report, output};
 use std::fmt;
-use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::Write;
 
 /// A way with all its points, the cheapest first.
 pub(crate) struct Family<'a> {
@@ -238,8 +237,7 @@ impl fmt::Display for Crossing {
 /// Writes every point of every system.
 pub(crate) fn write_points(all: &[Data<'_>], report: &Report) -> Result<(), Failure> {
     let path = &report.directory.join("speed_and_accuracy.csv");
-    let file = File::create(path).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
-    let mut file = BufWriter::new(file);
+    let mut file = Vec::new();
     writeln!(
         file,
         "# CPU seconds of the slowest thread; errors: total variation distance, largest error of P over P at the base, relative rms \
@@ -297,15 +295,13 @@ pub(crate) fn write_points(all: &[Data<'_>], report: &Report) -> Result<(), Fail
             writer.write_record(record)?;
         }
     }
-    writer.flush()?;
-    Ok(())
+    output::write(path, writer.into_inner()?)
 }
 
 /// Writes every point of the contest.
 pub(crate) fn write_contest(contest: &Contest, report: &Report) -> Result<(), Failure> {
     let path = &report.directory.join("equation_of_state.csv");
-    let file = File::create(path).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
-    let mut file = BufWriter::new(file);
+    let mut file = Vec::new();
     writeln!(
         file,
         "# CPU seconds of all runs together; error, against the modified Kolafa equation, rms over replicas: rms over packing fractions of Z; largest of Z over the curve; of the excess chemical potential at 0.45"
@@ -322,6 +318,5 @@ pub(crate) fn write_contest(contest: &Contest, report: &Report) -> Result<(), Fa
             }
         }
     }
-    writer.flush()?;
-    Ok(())
+    output::write(path, writer.into_inner()?)
 }

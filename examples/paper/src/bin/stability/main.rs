@@ -3,6 +3,9 @@
 //! Each point of a map is a run of its own against a truth that owes nothing to it: an exact result, the hydrostatic
 //! theory where that is good, or a simulation where the theory is what is tested. One rule ([`verdict`]) judges all.
 
+#[macro_use]
+extern crate paper;
+
 mod bins;
 mod boxes;
 mod column;

@@ -492,7 +492,7 @@ fn errors_print_as_sentences() {
     assert_eq!(printed(&error), "temperature = -1 is not usable: it must be positive and finite");
     let mut simulation = Simulation::builder(scene(30)).start(ClosePacked).moves(small()).build().unwrap();
     let error = simulation.run(10, &mut Fragile { fails_at: 7, seen: 0 }).unwrap_err();
-    assert!(printed(&error).starts_with("an observer failed after sweep 7: "), "{error:?}");
+    assert!(printed(&error).contains("Fragile failed after sweep 7: out of ink"), "{error:?}");
     let custom: Box<dyn std::error::Error + Send + Sync> = "the file is empty".into();
     assert_eq!(printed(&Error::Custom(custom)), "the file is empty");
 }

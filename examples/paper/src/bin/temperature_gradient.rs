@@ -107,7 +107,7 @@ fn main() -> ExitCode {
 
 fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     let (replicas_of_each, sweeps) =
-        if arguments.full { (4, session.choose(12_000, 100)) } else { (2, session.choose(2500, 100)) };
+        if arguments.full { (4, session.choose(12_000, 400)) } else { (2, session.choose(2500, 400)) };
     let tasks: Vec<(usize, u64)> = (0..DECAY_RATES.len())
         .flat_map(|index| (0..replicas_of_each).map(move |number| (index, number)))
         .collect();

@@ -9,7 +9,7 @@ use gradient_mc::observers::{
 };
 use gradient_mc::start::{ClosePacked, Positions, RandomInsertion};
 use gradient_mc::temperature::Isothermal;
-use gradient_mc::{Every, Scene, Simulation, Slab};
+use gradient_mc::{Every, Merge, Scene, Simulation, Slab};
 use paper::clock::cpu_seconds;
 use paper::study::count;
 use paper::{Failure, Side, Watch};
@@ -54,6 +54,14 @@ pub(crate) struct Layers {
     pub(crate) base: Every<DensityProfile>,
     pub(crate) fine: Every<DensityProfile>,
     pub(crate) first_layer: Every<RadialDistribution>,
+}
+
+impl Merge for Layers {
+    fn merge(&mut self, other: &Self) -> Result<(), gradient_mc::Error> {
+        self.base.merge(&other.base)?;
+        self.fine.merge(&other.fine)?;
+        self.first_layer.merge(&other.first_layer)
+    }
 }
 
 impl Layers {
@@ -111,19 +119,24 @@ pub(crate) fn simulate(task: Task, watch: &Watch<'_>) -> Result<Column, Failure>
     let mut by_own_moves = Every::new(task.interval, base(&slab, BASE_RANGE, layers::BIN_WIDTH)?);
     let (cost, particles) = (task.cost_of_sweep(), task.particles() as u64);
     watch.sweeps(task.equilibration, cost, |sweeps| simulation.equilibrate(sweeps, &mut center_of_mass))?;
-    let mut layers = if task.layers > 0 { Some(Layers::new(&task, &slab)?) } else { None };
+    let mut layers: Option<Layers> = None;
     for round in 0..ROUNDS {
         watch.sweeps(share(task.production, round), cost, |sweeps| {
             simulation.run(sweeps, &mut (&mut center_of_mass, &mut profile, &mut by_own_moves))
         })?;
-        if let Some(layers) = &mut layers {
+        if task.layers > 0 {
             let start = Positions(simulation.positions());
             let moves = LocalMoves::new(task.small_displacement())?;
             let builder = Simulation::builder(scene).moves(moves).seed(task.seed ^ ((1 + round) << 40));
             let mut branch = builder.start(start).build()?;
+            let mut seen = Layers::new(&task, &slab)?;
             watch.sweeps(share(task.layers, round), particles, |sweeps| {
-                branch.run(sweeps, &mut (&mut layers.base, &mut layers.fine, &mut layers.first_layer))
+                branch.run(sweeps, &mut (&mut seen.base, &mut seen.fine, &mut seen.first_layer))
             })?;
+            match &mut layers {
+                None => layers = Some(seen),
+                Some(layers) => layers.merge(&seen)?,
+            }
         }
     }
     let mobility = if task.mobility > 0 {

@@ -15,7 +15,7 @@ use std::fmt;
 /// ```
 /// use gradient_mc::{Scene, Slab, Warning, equation_of_state::ModifiedKolafa};
 /// use gradient_mc::{Hydrostatics, field::UniformField, temperature::Isothermal};
-/// let (field, temperature, slab) = (UniformField::default(), Isothermal::new(15.0)?, Slab::new(30.0, 5.0, 5.0)?);
+/// let (field, temperature, slab) = (UniformField::default(), Isothermal::new(15.0)?, Slab::new(60.0, 5.0, 5.0)?);
 /// let theory = Hydrostatics::new(field, temperature, ModifiedKolafa).between_walls(&slab, 10.0)?;
 /// let warnings = theory.warnings();
 /// assert!(warnings.iter().any(|warning| matches!(warning, Warning::LidTooLow { .. })));

@@ -50,11 +50,17 @@ pub struct MeasuredEquationOfState {
     highest: f64,
     /// Packing fractions at which the routes are combined, and the part of the ranks in it.
     shares: Vec<(f64, f64)>,
+    too_steep: Option<Warning>,
     disagreement: Option<Warning>,
 }
 
 impl MeasuredEquationOfState {
-    pub(super) fn new(jackknife: &Jackknife, heights: [f64; 2], highest: f64) -> Self {
+    pub(super) fn new(
+        jackknife: &Jackknife,
+        heights: [f64; 2],
+        highest: f64,
+        too_steep: Option<Warning>,
+    ) -> Self {
         let of = |terms| {
             let mut measured = Self {
                 jackknife: jackknife.clone(),
@@ -62,6 +68,7 @@ impl MeasuredEquationOfState {
                 heights,
                 highest,
                 shares: Vec::new(),
+                too_steep: None,
                 disagreement: None,
             };
             measured.combine();
@@ -75,6 +82,7 @@ impl MeasuredEquationOfState {
             }
             measured = richer;
         }
+        measured.too_steep = too_steep;
         measured
     }
 
@@ -198,10 +206,12 @@ impl MeasuredEquationOfState {
     }
 
     /// [`Warning::RoutesDisagree`] if the two routes are farther apart than chance allows: beyond the quantile of χ² that a
-    /// normal number has at four standard deviations.
+    /// normal number has at four standard deviations. [`Warning::SteepGradient`] if more than a tenth of the spheres are where
+    /// the density changes by more than e within some three diameters: there the packing fraction at which collisions are
+    /// compared is smoothed too much.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
-        self.disagreement.iter().cloned().collect()
+        self.too_steep.iter().chain(&self.disagreement).cloned().collect()
     }
 }
 

@@ -31,6 +31,7 @@ use crate::equation_of_state::{EquationOfState, Series, packing_fraction};
 use crate::statistics::BlockAverages;
 use crate::{
     AcceptedMove, Collision, Error, Frame, Merge, Observer, ObserverError, Recorder, Scene, Slab, Wall,
+    Warning,
 };
 use measured::Route;
 use ranks::Ranks;
@@ -160,7 +161,11 @@ impl EquationOfStateFit {
                 Route::Collisions => collisions.fit(range.clone(), terms),
             })
         })?;
-        Ok(MeasuredEquationOfState::new(&jackknife, heights, self.highest_packing_fraction(range)))
+        let smooth = self.smooth_counts();
+        let most = smooth[range.clone()].iter().copied().fold(0.0, f64::max);
+        let highest = packing_fraction(most / self.bins.volume());
+        let too_steep = self.too_steep(&smooth, range);
+        Ok(MeasuredEquationOfState::new(&jackknife, heights, highest, too_steep))
     }
 
     /// Z by collisions alone and without errors, for runs too short for [`result`](Self::result): with three coefficients, and
@@ -181,13 +186,41 @@ impl EquationOfStateFit {
         })
     }
 
-    /// The largest smoothed packing fraction in bins of `range`.
-    fn highest_packing_fraction(&self, range: std::ops::Range<usize>) -> f64 {
+    /// Mean numbers of spheres in bins, smoothed.
+    fn smooth_counts(&self) -> Vec<f64> {
         let mean = self.averages.mean();
         let counts = collisions::Means::of(&mean[self.ranks.components()..]).counts;
         let mut smooth = vec![0.0; counts.len()];
         self.collisions.smooth(counts, &mut smooth);
-        packing_fraction(smooth[range].iter().copied().fold(0.0, f64::max) / self.bins.volume())
+        smooth
+    }
+
+    /// Whether more than a tenth of the spheres are where a density that falls by e within some three diameters is smoothed
+    /// away.
+    fn too_steep(&self, smooth: &[f64], range: std::ops::Range<usize>) -> Option<Warning> {
+        const STEEPEST: f64 = 0.3;
+        const LEAST_SHARE: f64 = 0.1;
+        /// Bins to either side.
+        const REACH: usize = 2;
+        let width = self.slab.height() / smooth.len() as f64;
+        let (mut all, mut steep, mut steepest) = (0.0, 0.0, (0, 0.0_f64));
+        for bin in range.start + REACH..range.end.saturating_sub(REACH) {
+            let (below, above) = (smooth[bin - REACH], smooth[bin + REACH]);
+            if below > 0.0 && above > 0.0 {
+                let slope = libm::log(above / below) / (2.0 * REACH as f64 * width);
+                all += smooth[bin];
+                if slope.abs() > STEEPEST {
+                    steep += smooth[bin];
+                }
+                if slope.abs() * smooth[bin] > steepest.1.abs() * smooth[steepest.0] {
+                    steepest = (bin, slope);
+                }
+            }
+        }
+        let (bin, slope) = steepest;
+        let height = (bin as f64 + 0.5) * width;
+        let share = steep / all;
+        (share > LEAST_SHARE).then_some(Warning::SteepGradient { height, slope, share })
     }
 
     /// The range of heights without the layers at the walls.

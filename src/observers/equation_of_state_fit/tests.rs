@@ -209,3 +209,17 @@ fn a_short_run_has_collisions_without_errors() {
         approx::assert_relative_eq!(equation.compressibility_factor(eta), known, max_relative = 0.06);
     }
 }
+
+#[test]
+fn a_density_that_is_too_steep_to_be_smoothed_is_warned_of() {
+    for (temperature, spheres, steep) in [(2.0, 40, true), (5.0, 200, false)] {
+        let slab = Slab::new(60.0, 5.0, 5.0).unwrap();
+        let temperature = Isothermal::new(temperature).unwrap();
+        let scene = Scene::new(slab, spheres, UniformField::default(), temperature).unwrap();
+        let mut fit = EquationOfStateFit::new(&scene).unwrap();
+        Simulation::builder(scene).seed(1).build().unwrap().run(1100, &mut fit).unwrap();
+        let warnings = fit.result().unwrap().warnings();
+        let warned = warnings.iter().any(|warning| matches!(warning, Warning::SteepGradient { .. }));
+        assert_eq!(warned, steep, "{temperature:?}: {warnings:?}");
+    }
+}

@@ -19,8 +19,7 @@ use std::fmt;
 /// compared with the contact density there by itself. They are recorded at the edges of bands one diameter high, from the
 /// heights of centers in contact with the walls on, every few sweeps.
 ///
-/// It tests that the field and the density belong to each other, not that the column is at rest: for that there is the
-/// drift of the center of mass, and starts from both sides.
+/// It tests that field and density belong together, not that the column is at rest: for that, start from both sides.
 /// It resolves no more than a band: at an edge it compares sums over everything beyond. A field that is wrong within a
 /// band, but right on the average over it, passes. Where T changes much within a band, as it does if it is steep only in the
 /// layers at a wall, P/n of narrow bins there can be off by more than 10 % in a run that is certified to 2 %.

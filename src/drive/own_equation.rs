@@ -3,7 +3,7 @@
 use super::MeasuredShare;
 use crate::equation_of_state::{Coexistence, EquationOfState, FREEZING, FluidSolid, Series, SpeedySolid};
 use crate::observers::equation_of_state_fit::{Collisions, Means};
-use crate::{AcceptedMove, Collision, Frame, Recorder, Slab};
+use crate::{Frame, Recorder, Slab};
 use std::ops::Range;
 
 /// Z(η) of the steps of an iteration, from collisions and local paths of event chains.
@@ -47,6 +47,11 @@ impl OwnEquation {
         }
     }
 
+    /// What hears of single moves.
+    pub(super) fn recorder(&mut self) -> &mut dyn Recorder {
+        &mut self.collisions
+    }
+
     fn end_interval(&mut self) {
         if self.frames > 0 {
             self.collisions.take(&mut self.sample);
@@ -73,22 +78,6 @@ impl OwnEquation {
     pub(super) fn next_step(&mut self) {
         self.end_interval();
         self.sums.iter_mut().for_each(|sum| *sum *= Self::KEPT);
-    }
-}
-
-impl Recorder for OwnEquation {
-    #[inline]
-    fn record_move(&mut self, accepted: &AcceptedMove) {
-        self.collisions.record_move(accepted);
-    }
-
-    #[inline]
-    fn record_collision(&mut self, collision: &Collision) {
-        self.collisions.record_collision(collision);
-    }
-
-    fn wants_local_moves(&mut self) -> bool {
-        false
     }
 }
 

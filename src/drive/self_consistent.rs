@@ -251,7 +251,7 @@ impl Observer for Iteration {
     /// Collisions, while equilibrating.
     fn recorder(&mut self) -> Option<&mut dyn Recorder> {
         let listens = self.adapting && self.listens(self.sweeps + 1);
-        self.own.as_mut().filter(|_| listens).map(|own| own as &mut dyn Recorder)
+        self.own.as_mut().filter(|_| listens).map(OwnEquation::recorder)
     }
 }
 

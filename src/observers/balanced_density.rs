@@ -4,7 +4,7 @@ use super::bins::{Bins, HeightBins};
 use super::one_run::OneRun;
 use super::pressure::weigh_column;
 use super::{DensityPoint, packing_fraction};
-use crate::statistics::{BlockAverages, Estimate};
+use crate::statistics::{BlockAverages, Estimate, share_of_first};
 use crate::{Collision, Error, Frame, Merge, Observer, ObserverError, Recorder, Slab};
 
 /// Number density n(x) in bins of equal height, with less noise than [`DensityProfile`](super::DensityProfile) has of the same
@@ -105,8 +105,8 @@ impl BalancedDensityProfile {
                     return 0.0;
                 }
                 let [c, b, d] = [counted, balanced, &differences[..]].map(|estimates| around(estimates, bin));
-                let share = (d + c - b) / (2.0 * d);
-                if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) }
+                let share = share_of_first(b, c, d);
+                if share.is_nan() { 0.0 } else { share }
             })
             .collect();
         let densities = both.estimates(|densities| {

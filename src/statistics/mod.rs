@@ -45,6 +45,12 @@ pub(crate) fn mean(series: &[f64]) -> f64 {
     first + series.iter().map(|value| value - first).sum::<f64>() / series.len() as f64
 }
 
+/// The part of the first in the mean of two correlated numbers that has the smallest variance, from their variances and that of
+/// their difference; NaN if all are zero.
+pub(crate) fn share_of_first(first: f64, second: f64, difference: f64) -> f64 {
+    ((difference + second - first) / (2.0 * difference)).clamp(0.0, 1.0)
+}
+
 /// The larger of two errors, NaN if either is (`f64::max` would hide it).
 fn larger(first: f64, second: f64) -> f64 {
     if first.is_nan() || first > second { first } else { second }

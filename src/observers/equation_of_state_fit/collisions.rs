@@ -5,7 +5,7 @@ use super::least_squares::LeastSquares;
 use super::smoothing::Smoothing;
 use super::{EquationOfStateFit, bins_in};
 use crate::equation_of_state::{EquationOfState, MOST_TERMS, Series, packing_fraction};
-use crate::{AcceptedMove, Collision, Error, Frame, Slab};
+use crate::{AcceptedMove, Collision, Error, Frame, Recorder, Slab};
 use std::ops::Range;
 
 /// Sums of an interval of sweeps by height.
@@ -31,18 +31,6 @@ pub(crate) struct Means<'a> {
 }
 
 impl Collisions {
-    pub(super) fn new(bins: HeightBins, used: Range<usize>, reach: usize) -> Self {
-        let zeros = vec![0.0; bins.count()];
-        Self {
-            smoothing: Smoothing::new(bins.count(), used, reach),
-            frames: 0.0,
-            counts: zeros.clone(),
-            sums: vec![[0.0; 2]; bins.count()],
-            densities: zeros,
-            bins,
-        }
-    }
-
     /// In bins over a whole slab, smoothed over `reach` of them on either side.
     ///
     /// # Errors
@@ -50,7 +38,20 @@ impl Collisions {
     pub(crate) fn over(slab: &Slab, reach: usize) -> Result<Self, Error> {
         const LAYERS: f64 = EquationOfStateFit::LAYERS;
         let bins = Bins::of_width(EquationOfStateFit::BIN_WIDTH.min(slab.height())).of(slab)?;
-        Ok(Self::new(bins, bins_in(&bins, [LAYERS, slab.height() - LAYERS]), reach))
+        let used = bins_in(&bins, [LAYERS, slab.height() - LAYERS]);
+        let zeros = vec![0.0; bins.count()];
+        Ok(Self {
+            smoothing: Smoothing::new(bins.count(), used, reach),
+            frames: 0.0,
+            counts: zeros.clone(),
+            sums: vec![[0.0; 2]; bins.count()],
+            densities: zeros,
+            bins,
+        })
+    }
+
+    pub(super) fn bins(&self) -> HeightBins {
+        self.bins
     }
 
     /// The bins whose middles are farther than `distance` from both walls.
@@ -74,24 +75,6 @@ impl Collisions {
                 self.counts[bin] += 1.0;
             }
         });
-    }
-
-    #[inline]
-    pub(crate) fn record_move(&mut self, accepted: &AcceptedMove) {
-        let Some(axis) = accepted.chain_axis else { return };
-        let middle = accepted.from_height + 0.5 * accepted.displacement.x;
-        if let Place::Inside(bin, _) = self.bins.locate(middle) {
-            self.sums[bin][0] += accepted.displacement[axis].abs();
-        }
-    }
-
-    #[inline]
-    pub(crate) fn record_collision(&mut self, collision: &Collision) {
-        for height in [collision.from_height, collision.to_height] {
-            if let Place::Inside(bin, _) = self.bins.locate(height) {
-                self.sums[bin][1] += 0.5 * collision.separation;
-            }
-        }
     }
 
     /// Ends an interval: writes its sample and begins the next.
@@ -119,6 +102,30 @@ impl Collisions {
         self.frames = 0.0;
         self.counts.fill(0.0);
         self.sums.fill([0.0; 2]);
+    }
+}
+
+impl Recorder for Collisions {
+    #[inline]
+    fn record_move(&mut self, accepted: &AcceptedMove) {
+        let Some(axis) = accepted.chain_axis else { return };
+        let middle = accepted.from_height + 0.5 * accepted.displacement.x;
+        if let Place::Inside(bin, _) = self.bins.locate(middle) {
+            self.sums[bin][0] += accepted.displacement[axis].abs();
+        }
+    }
+
+    #[inline]
+    fn record_collision(&mut self, collision: &Collision) {
+        for height in [collision.from_height, collision.to_height] {
+            if let Place::Inside(bin, _) = self.bins.locate(height) {
+                self.sums[bin][1] += 0.5 * collision.separation;
+            }
+        }
+    }
+
+    fn wants_local_moves(&mut self) -> bool {
+        false
     }
 }
 

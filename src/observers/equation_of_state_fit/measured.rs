@@ -2,7 +2,7 @@
 
 use super::least_squares::LeastSquares;
 use crate::equation_of_state::{Domain, EquationOfState, MOST_TERMS, Series, number_density};
-use crate::statistics::{Estimate, Jackknife, chi_squared_quantile};
+use crate::statistics::{Estimate, Jackknife, chi_squared_quantile, share_of_first};
 use crate::{Error, Warning};
 use nalgebra::DVector;
 use std::f64::consts::PI;
@@ -120,10 +120,9 @@ impl MeasuredEquationOfState {
         let square = |estimate: &Estimate| estimate.standard_error * estimate.standard_error;
         let is_known = |route: &[Estimate]| route.iter().all(|factor| factor.standard_error.is_finite());
         let part = |node: usize| match (is_known(ranks), is_known(collisions)) {
-            // Of two numbers with variances r and c whose difference has the variance d, the mean of the smallest variance.
             (true, true) => {
                 let [r, c, d] = [&ranks[node], &collisions[node], &apart[node]].map(square);
-                ((d + c - r) / (2.0 * d)).clamp(0.0, 1.0)
+                share_of_first(r, c, d)
             }
             (true, false) => 1.0,
             (false, _) => 0.0,

@@ -25,14 +25,11 @@ mod tests;
 pub(crate) use collisions::{Collisions, Means};
 pub use measured::{EquationOfStateCurve, MeasuredEquationOfState};
 
-use super::bins::{Bins, HeightBins};
+use super::bins::HeightBins;
 use super::one_run::OneRun;
 use crate::equation_of_state::{EquationOfState, Series, packing_fraction};
 use crate::statistics::BlockAverages;
-use crate::{
-    AcceptedMove, Collision, Error, Frame, Merge, Observer, ObserverError, Recorder, Scene, Slab, Wall,
-    Warning,
-};
+use crate::{Error, Frame, Merge, Observer, ObserverError, Recorder, Scene, Slab, Wall, Warning};
 use measured::Route;
 use ranks::Ranks;
 
@@ -111,17 +108,15 @@ impl EquationOfStateFit {
     /// [`Error::InvalidBins`] for a slab higher than 32 768 diameters.
     pub fn new<F, T>(scene: &Scene<F, T>) -> Result<Self, Error> {
         let (slab, spheres) = (*scene.slab(), scene.particles());
-        let bins = Bins::of_width(Self::BIN_WIDTH.min(slab.height())).of(&slab)?;
         let ranks = Ranks::new(spheres);
-        let layers = bins_in(&bins, [Self::LAYERS, slab.height() - Self::LAYERS]);
-        let collisions = Collisions::new(bins, layers, Self::SMOOTHING);
+        let collisions = Collisions::over(&slab, Self::SMOOTHING)?;
         let components = ranks.components() + collisions.components();
         Ok(Self {
             run: OneRun::in_slab(&slab),
             slab,
             spheres,
             open_end: scene.open_end(),
-            bins,
+            bins: collisions.bins(),
             ranks,
             collisions,
             frames: 0,
@@ -307,23 +302,7 @@ impl Observer for EquationOfStateFit {
     }
 
     fn recorder(&mut self) -> Option<&mut dyn Recorder> {
-        Some(self)
-    }
-}
-
-impl Recorder for EquationOfStateFit {
-    #[inline]
-    fn record_move(&mut self, accepted: &AcceptedMove) {
-        self.collisions.record_move(accepted);
-    }
-
-    #[inline]
-    fn record_collision(&mut self, collision: &Collision) {
-        self.collisions.record_collision(collision);
-    }
-
-    fn wants_local_moves(&mut self) -> bool {
-        false
+        Some(&mut self.collisions)
     }
 }
 

@@ -101,7 +101,7 @@ pub use frame::{Frame, MoveCounts, Phase};
 pub use hydrostatics::{HydrostaticProfile, Hydrostatics};
 pub use merge::Merge;
 pub use nalgebra::Vector3;
-pub use observer::{AcceptedMove, Collision, Every, Observer, ObserverError, Recorder};
+pub use observer::{AcceptedMove, ChainPiece, Collision, Every, Observer, ObserverError, Recorder};
 pub use observer_fn::ObserverFn;
 pub use random::Generator;
 pub use replicas::{Outcome, Replica, Replicas};

@@ -341,7 +341,7 @@ pub struct Certificate {
     /// record, the center of mass.
     pub effective_sample_size: f64,
     /// How much of the field was measured, the rest being theory; nothing in an isothermal scene, or where the scheme does
-    /// not say. The verdict owes nothing to the theory, whatever the field does. Of replicas the least.
+    /// not say. The verdict does not use the theory, whatever the field does. Of replicas the least.
     pub measured: Option<MeasuredShare>,
 }
 

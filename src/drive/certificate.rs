@@ -489,10 +489,10 @@ impl fmt::Display for Certificate {
         let percent = percent(self.residual());
         write!(
             formatter,
-            ": P_iso T/W is off by {percent} % at height {height:.1} (tolerance {:.2} %, in bands \
-             {resolution:.1} high), drift of h_c {drift}, effective sample size {effective_sample_size:.0}",
+            ": forces differ from the weight above by {percent} % at height {height:.1} (tolerance \
+             {:.2} %, in bands {resolution:.1} high), drift of h_c {drift}, effective sample size {effective_sample_size:.0}",
             100.0 * tolerance,
         )?;
-        self.measured.map_or(Ok(()), |measured| write!(formatter, "; of the field {measured} was measured"))
+        self.measured.map_or(Ok(()), |measured| write!(formatter, "; measured part of the field: {measured}"))
     }
 }

@@ -1,7 +1,9 @@
-//! The file format GSD, version 2, as far as trajectories need it: <https://gsd.readthedocs.io>, "File layer".
+//! The file format GSD, version 2, as far as trajectories need it: <https://gsd.readthedocs.io>,
+//! "File layer".
 //!
-//! A header tells where two blocks are: the index, an entry of 32 bytes for each chunk of data, ordered by frame and name, ended
-//! by one that is all zeros; and the names, ended by zeros as well. All numbers are little-endian.
+//! A header tells where two blocks are: the index, an entry of 32 bytes for each chunk of data,
+//! ordered by frame and name, ended by one that is all zeros; and the names, ended by zeros as
+//! well. All numbers are little-endian.
 
 /// The first eight bytes of a file.
 pub(crate) const MAGIC: [u8; 8] = 0x65df_65df_65df_65df_u64.to_le_bytes();
@@ -111,7 +113,8 @@ pub(crate) fn short(bytes: &[u8], place: usize) -> u32 {
     u32::from_le_bytes([bytes[place], bytes[place + 1], bytes[place + 2], bytes[place + 3]])
 }
 
-/// The header, of the version that is written: index and names are told by where they begin and how many fit.
+/// The header, of the version that is written: index and names are told by where they begin and how
+/// many fit.
 pub(crate) fn header(index: [u64; 2], names: [u64; 2]) -> [u8; HEADER] {
     let mut bytes = [0; HEADER];
     bytes[..8].copy_from_slice(&MAGIC);

@@ -150,7 +150,7 @@ fn a_small_file_that_claims_to_be_large_takes_little_memory() {
         assert!(read.bytes_max < FEW, "{} bytes", read.bytes_max);
     };
     refused(b"4000000000\nLattice=\"6 0 0 0 3 0 0 0 3\"\nX 1 1 1\n");
-    refused(&[b'1'; 10 << 20]);
+    refused(&vec![b'1'; 10 << 20]);
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/frame/compact.gsd");
     let bytes = std::fs::read(path).unwrap();
     let whole = measure(|| assert!(TrajectoryFrame::read(Cursor::new(&bytes), None).is_ok()));

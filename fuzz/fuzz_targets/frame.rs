@@ -1,7 +1,8 @@
-//! Readers of frames of trajectories, on any bytes:
-//! `cargo +nightly fuzz run frame fuzz/corpus/frame tests/corpus/frame -- -runs=1000000 -max_len=8192 -malloc_limit_mb=1`.
+//! Readers of frames of trajectories, on any bytes: `cargo +nightly fuzz run frame
+//! fuzz/corpus/frame tests/corpus/frame -- -runs=1000000 -max_len=8192 -malloc_limit_mb=1`.
 //!
-//! The first folder takes what is found. Memory is at most ten times the input and 100 kB, less than a megabyte here.
+//! The first folder takes what is found. Memory is at most ten times the input and 100 kB, less
+//! than a megabyte here.
 
 #![no_main]
 

@@ -12,25 +12,27 @@ use std::io::Read as _;
 use std::io::{self, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
 
-/// Writes every frame that it sees as [GSD](https://gsd.readthedocs.io), which `gsd`, OVITO, freud, MDAnalysis and HOOMD-blue
-/// read: binary, 36 bytes per sphere, and any frame is found at once.
+/// Writes every frame that it sees as [GSD](https://gsd.readthedocs.io), which `gsd`, OVITO, freud,
+/// `MDAnalysis` and HOOMD-blue read: binary, 36 bytes per sphere, and any frame is found at once.
 ///
-/// A frame has the number of the sweep as its step, and the centers twice: in single precision, as the schema `hoomd` of the
-/// format wants it, and exactly, as `log/particles/exact_position`. The first has besides what is the same in all: box,
-/// number, type `X` and diameters of the spheres, and the exact height and widths of the slab as `log/slab`. A run starts
-/// again from a frame by [`TrajectoryFrame`](crate::start::TrajectoryFrame).
+/// A frame has the number of the sweep as its step, and the centers twice: in single precision, as
+/// the schema `hoomd` of the format wants it, and exactly, as `log/particles/exact_position`. The
+/// first has besides what is the same in all: box, number, type `X` and diameters of the spheres,
+/// and the exact height and widths of the slab as `log/slab`. A run starts again from a frame by
+/// [`TrajectoryFrame`](crate::start::TrajectoryFrame).
 ///
 /// # Box and walls
-/// The box of the format is periodic along all axes and has its middle at the origin. x is up here too: the slab is in the
-/// middle, with its base at x = −height/2 and its lid at height/2, y and z go from −width/2 to width/2. To keep what
-/// is near the base from seeing what is near the lid, the box is longer than the slab by half the smaller width, shared by
-/// both ends. Programs look for neighbors at most half the smallest width away, so none finds one across the
-/// walls. The volume of the box is that much larger than the slab's. Exact positions are in the coordinates of the slab: the
-/// base at x = 0, y and z from 0.
+/// The box of the format is periodic along all axes and has its middle at the origin. x is up here
+/// too: the slab is in the middle, with its base at x = −height/2 and its lid at height/2, y and z
+/// go from −width/2 to width/2. To keep what is near the base from seeing what is near the lid, the
+/// box is longer than the slab by half the smaller width, shared by both ends. Programs look for
+/// neighbors at most half the smallest width away, so none finds one across the walls. The volume
+/// of the box is that much larger than the slab's. Exact positions are in the coordinates of the
+/// slab: the base at x = 0, y and z from 0.
 ///
 /// # Interruptions
-/// A frame enters the index once it is written: a run that is killed leaves a file of whole frames. With the feature
-/// `checkpoint` it can be part of a run that goes on where it was stopped.
+/// A frame enters the index once it is written: a run that is killed leaves a file of whole frames.
+/// With the feature `checkpoint` it can be part of a run that goes on where it was stopped.
 ///
 /// ```
 /// use gradient_mc::observers::Gsd;
@@ -68,7 +70,8 @@ const FIRST_INDEX: u64 = 128;
 const NAMES: u64 = HEADER as u64 + FIRST_INDEX * ENTRY as u64;
 const NAMES_LENGTH: u64 = 4 * NAME as u64;
 
-/// Where everything is in a file of frames of equal size: so nothing need be remembered to go on with it.
+/// Where everything is in a file of frames of equal size: so nothing need be remembered to go on
+/// with it.
 #[derive(Debug, Clone, Copy, Default)]
 struct Layout {
     particles: u64,
@@ -97,7 +100,8 @@ impl Layout {
         if frames == 0 { 0 } else { ONCE.len() as u64 + EVERY.len() as u64 * frames }
     }
 
-    /// How often the index of so many frames was doubled. A new one stands before the frame that did not fit.
+    /// How often the index of so many frames was doubled. A new one stands before the frame that
+    /// did not fit.
     fn doublings(frames: u64) -> u32 {
         Self::entries(frames).div_ceil(FIRST_INDEX).max(1).next_power_of_two().ilog2()
     }
@@ -139,8 +143,8 @@ impl Layout {
 }
 
 impl Gsd {
-    /// A file, which is made if there is none. What is there is never overwritten: it has to be empty, or of the run whose
-    /// checkpoint is gone on from.
+    /// A file, which is made if there is none. What is there is never overwritten: it has to be
+    /// empty, or of the run whose checkpoint is gone on from.
     ///
     /// # Errors
     /// What the system says.
@@ -242,7 +246,8 @@ impl Observer for Gsd {
     }
 }
 
-/// A checkpoint keeps how many frames there are, and a run that goes on cuts off what was written later.
+/// A checkpoint keeps how many frames there are, and a run that goes on cuts off what was written
+/// later.
 #[cfg(feature = "checkpoint")]
 impl crate::checkpoint::Persist for Gsd {
     fn persist(&mut self, archive: &mut crate::checkpoint::Archive<'_>) -> Result<(), crate::Error> {
@@ -288,7 +293,8 @@ impl Gsd {
         Ok(found[..8] == expected[..8] && found[24..] == expected[24..])
     }
 
-    /// Makes the file what it was when there were as many frames as there are now. Readers find it whole at any moment.
+    /// Makes the file what it was when there were as many frames as there are now. Readers find it
+    /// whole at any moment.
     fn go_back(&mut self) -> io::Result<()> {
         let (layout, frames) = (self.layout, self.frames);
         if frames > 0 {

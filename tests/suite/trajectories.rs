@@ -190,7 +190,7 @@ fn text_that_is_wrong_says_in_which_line() {
     assert!(matches!(read(b"", None), Err(TrajectoryError::NoSuchFrame { frames: 0, .. })));
     assert!(matches!(read(b"\xff\xfe\n", None), Err(TrajectoryError::Malformed { .. })));
     // No more is read than a line may have.
-    let error = read(&[b'1'; 1 << 20], None).unwrap_err();
+    let error = read(&vec![b'1'; 1 << 20], None).unwrap_err();
     assert!(error.to_string().contains("too long"), "{error}");
 }
 
@@ -206,7 +206,7 @@ fn every_truncation_is_found() {
         match read(&text[..length], None) {
             Ok(frame) => assert!(length == first && frame == whole, "{length}"),
             Err(TrajectoryError::CutOff { frame, .. }) => {
-                assert_eq!(frame, u64::from(length > first), "{length}")
+                assert_eq!(frame, u64::from(length > first), "{length}");
             }
             Err(error) => assert!(
                 length == 0 && matches!(error, TrajectoryError::NoSuchFrame { .. }),

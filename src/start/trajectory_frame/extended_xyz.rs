@@ -21,7 +21,8 @@ struct Lines<R> {
 }
 
 impl<R: Read> Lines<R> {
-    /// The next line, if there is one, which must have its end: else it may be cut off within a number.
+    /// The next line, if there is one, which must have its end: else it may be cut off within a
+    /// number.
     fn next(&mut self) -> Result<Option<&str>, TrajectoryError> {
         self.line.clear();
         let length = self.reader.by_ref().take(LONGEST).read_until(b'\n', &mut self.line)?;
@@ -126,7 +127,8 @@ impl Comment {
                 "Lattice" => lattice = Some(value),
                 "Properties" => columns = Columns::of(value)?,
                 "sweep" => {
-                    sweep = Some(value.parse().map_err(|_| format!("sweep={value} is no number of a sweep"))?)
+                    sweep =
+                        Some(value.parse().map_err(|_| format!("sweep={value} is no number of a sweep"))?);
                 }
                 "Origin" if numbers::<3>(value)? != [0.0; 3] => {
                     return Err("Origin must be 0 0 0, the corner of the slab at its base".into());

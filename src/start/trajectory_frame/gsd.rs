@@ -151,10 +151,10 @@ impl<R: Read + Seek> Reader<R> {
         let particles = chunk(PARTICLES, 1)?.ok_or_else(|| malformed(&place, "there is no particles/N"))?;
         let rows = u64::from(short(&particles, 0));
         let sweep = chunk(STEP, 1)?.map(|bytes| long(&bytes, 0));
-        if let Some(diameters) = chunk(DIAMETER, rows)? {
-            if singles(&diameters).any(|diameter| diameter != 1.0) {
-                return Err(malformed(&place, "diameters must be 1: they are the unit of length"));
-            }
+        if let Some(diameters) = chunk(DIAMETER, rows)?
+            && singles(&diameters).any(|diameter| diameter != 1.0)
+        {
+            return Err(malformed(&place, "diameters must be 1: they are the unit of length"));
         }
         let sides = chunk(BOX, 6)?.ok_or_else(|| malformed(&place, "there is no configuration/box"))?;
         let (sides, tilts) = (triple(singles(&sides)), triple(singles(&sides[12..])));
@@ -180,7 +180,8 @@ impl<R: Read + Seek> Reader<R> {
             let coordinates = exact.iter().zip(rounded).zip(slab.into_iter().zip(sides));
             coordinates.into_iter().all(|((&exact, rounded), (extent, side))| {
                 let difference = (rounded - centered(exact, extent)).abs();
-                // At the end of a period others may round to either side. What is not a number differs.
+                // At the end of a period others may round to either side. What is not a number
+                // differs.
                 difference.min((difference - side).abs()) <= f32::EPSILON * side
             })
         };

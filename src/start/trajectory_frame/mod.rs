@@ -1,5 +1,8 @@
 //! A start from a frame of a trajectory.
 
+// What a file says of units and of the box is exact, or wrong.
+#![allow(clippy::float_cmp)]
+
 mod error;
 mod extended_xyz;
 mod gsd;
@@ -15,23 +18,24 @@ use std::fs::File;
 use std::io::{Read, Seek};
 use std::path::Path;
 
-/// A frame of a trajectory, as [`ExtendedXyz`](crate::observers::ExtendedXyz) or [`Gsd`](crate::observers::Gsd) write it, or
-/// another program. The format is found out from the first bytes.
+/// A frame of a trajectory, as [`ExtendedXyz`](crate::observers::ExtendedXyz) or
+/// [`Gsd`](crate::observers::Gsd) write it, or another program. The format is found out from the
+/// first bytes.
 ///
-/// The scene has to have the slab and the number of spheres of the frame; to start in another slab, take
-/// [`Positions`](super::Positions) of [`positions`](Self::positions). Overlaps and spheres outside the slab are errors of
-/// [`build`](crate::SimulationBuilder::build).
+/// The scene has to have the slab and the number of spheres of the frame; to start in another slab,
+/// take [`Positions`](super::Positions) of [`positions`](Self::positions). Overlaps and spheres
+/// outside the slab are errors of [`build`](crate::SimulationBuilder::build).
 ///
-/// What is tuned, and a field that is measured, are no part of a trajectory: equilibrate anew, with another seed. To go
-/// on with a run as if it had not been stopped, take a checkpoint.
+/// What is tuned, and a field that is measured, are no part of a trajectory: equilibrate anew, with
+/// another seed. To go on with a run as if it had not been stopped, take a checkpoint.
 ///
 /// # Precision
 /// Frames of both observers are exact: the simulation starts from the same bits.
 ///
-/// GSD of other programs has single precision only, 10⁻⁵ in a slab of 400 diameters, and spheres that touch may overlap
-/// by as much, which is refused. Have them write their centers in the coordinates of the slab as
-/// `log/particles/exact_position`, an array of doubles, or extended XYZ with all digits. Without exact positions the middle of
-/// the box is taken for that of the slab.
+/// GSD of other programs has single precision only, 10⁻⁵ in a slab of 400 diameters, and spheres
+/// that touch may overlap by as much, which is refused. Have them write their centers in the
+/// coordinates of the slab as `log/particles/exact_position`, an array of doubles, or extended XYZ
+/// with all digits. Without exact positions the middle of the box is taken for that of the slab.
 ///
 /// ```
 /// use gradient_mc::observers::ExtendedXyz;
@@ -91,8 +95,8 @@ impl TrajectoryFrame {
             .map_err(|source| TrajectoryError::File { path: path.into(), source: source.into() })
     }
 
-    /// The frame of a number, or the last, of whatever can be read. Takes at most 100 kB and ten times as much memory as there
-    /// is to be read.
+    /// The frame of a number, or the last, of whatever can be read. Takes at most 100 kB and ten
+    /// times as much memory as there is to be read.
     ///
     /// # Errors
     /// [`TrajectoryError`] says what is wrong, and where.

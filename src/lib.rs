@@ -72,6 +72,7 @@ mod error;
 mod failed_observer;
 pub mod field;
 mod frame;
+mod gsd;
 pub mod hydrostatics;
 mod merge;
 pub mod model;

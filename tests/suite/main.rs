@@ -8,6 +8,7 @@
 mod adaptation;
 mod chain_pressure;
 mod common;
+mod density_functional;
 mod detailed_balance;
 mod event_chains;
 mod exact_results;

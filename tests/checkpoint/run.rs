@@ -5,7 +5,7 @@ use gradient_mc::checkpoint::{Persist, Reason, Run, Snapshot};
 use gradient_mc::drive::{RunningAverage, Scheme};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::LocalMoves;
-use gradient_mc::observers::{Bins, CenterOfMass, DisplacementProfile, ExtendedXyz};
+use gradient_mc::observers::{Bins, CenterOfMass, DisplacementProfile, ExtendedXyz, Gsd};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{Error, Every, Field, Scene, Simulation, SimulationBuilder, Slab, TemperatureProfile};
 use std::error::Error as _;
@@ -230,26 +230,46 @@ fn a_folder_that_is_removed_or_read_only_is_said() {
 fn a_trajectory_goes_on_with_the_run() {
     let folder = Folder::new("trajectory");
     let open = |name: &str| {
-        let file = fs::File::options().create(true).append(true).open(folder.0.join(name)).unwrap();
-        Every::new(7, ExtendedXyz::new(file))
+        let text = fs::File::options().create(true).append(true).open(folder.0.join(format!("{name}.xyz")));
+        let binary = Gsd::open(folder.0.join(format!("{name}.gsd")));
+        Every::new(7, (ExtendedXyz::new(text.unwrap()), binary.unwrap()))
     };
     let go = |name: &str, sweeps: u64| {
         let path = folder.0.join(format!("{name}.checkpoint"));
-        Run::new(path, 100, sweeps).of(builder(1), &mut open(&format!("{name}.xyz"))).unwrap()
+        Run::new(path, 100, sweeps).of(builder(1), &mut open(name))
     };
-    go("whole", 300);
-    go("parts", 50);
-    // A process that was killed has written more than its checkpoint knows.
-    let more = fs::File::options().append(true).open(folder.0.join("parts.xyz"));
-    std::io::Write::write_all(&mut more.unwrap(), b"40\nLattice").unwrap();
-    go("parts", 120);
-    go("parts", 300);
-    let [whole, parts] = ["whole.xyz", "parts.xyz"].map(|name| fs::read(folder.0.join(name)).unwrap());
-    assert!(!whole.is_empty() && whole == parts);
-    fs::write(folder.0.join("parts.xyz"), b"another file").unwrap();
-    let path = folder.0.join("parts.checkpoint");
-    let refused = Run::new(path, 100, 400).of(builder(1), &mut open("parts.xyz"));
-    assert!(matches!(refused, Err(Error::CheckpointDamaged { .. })));
+    go("whole", 300).unwrap();
+    go("parts", 50).unwrap();
+    for kind in ["xyz", "gsd"] {
+        // A process that was killed has written more than its checkpoint knows.
+        let more = fs::File::options().append(true).open(folder.0.join(format!("parts.{kind}")));
+        std::io::Write::write_all(&mut more.unwrap(), b"40\nLattice").unwrap();
+    }
+    go("parts", 120).unwrap();
+    go("parts", 300).unwrap();
+    for kind in ["xyz", "gsd"] {
+        let [whole, parts] =
+            ["whole", "parts"].map(|name| fs::read(folder.0.join(format!("{name}.{kind}"))).unwrap());
+        assert!(!whole.is_empty() && whole == parts, "{kind}");
+        // Another file, shorter or longer.
+        for other in [b"another file".to_vec(), vec![b'1'; 2 * whole.len()]] {
+            if kind == "gsd" || other.len() < whole.len() {
+                fs::write(folder.0.join(format!("parts.{kind}")), &other).unwrap();
+                assert!(matches!(go("parts", 400), Err(Error::CheckpointDamaged { .. })), "{kind}");
+                assert_eq!(fs::read(folder.0.join(format!("parts.{kind}"))).unwrap(), other);
+            }
+        }
+        fs::write(folder.0.join(format!("parts.{kind}")), &whole).unwrap();
+    }
+    go("parts", 400).unwrap();
+    // A new run does not begin in a file that is there; what is there stays.
+    let binary = fs::read(folder.0.join("parts.gsd")).unwrap();
+    fs::remove_file(folder.0.join("parts.checkpoint")).unwrap();
+    fs::remove_file(folder.0.join("parts.checkpoint.previous")).unwrap();
+    let error = go("parts", 400).unwrap_err();
+    assert!(error.to_string().contains("take another, or remove it"), "{error}");
+    assert!(go("parts", 400).is_err());
+    assert_eq!(fs::read(folder.0.join("parts.gsd")).unwrap(), binary);
 }
 
 /// Three stages of equilibration and production, the last with another observer; stopped again and again.

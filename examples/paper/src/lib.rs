@@ -70,6 +70,7 @@ pub mod calibration;
 pub mod captions;
 pub mod clock;
 pub mod figure;
+pub mod functionals;
 pub mod groups;
 pub mod homogeneous;
 pub mod interrupt;

@@ -27,7 +27,7 @@ pub(crate) struct Run {
     /// One for each interval of measurement.
     pub(crate) profiles: Vec<EquationOfStateProfile>,
     pub(crate) positions: Vec<Vector3<f64>>,
-    /// What speaks against its measurement.
+    /// Warnings about its measurement.
     pub(crate) warnings: Vec<Warning>,
     /// CPU seconds.
     pub(crate) busy: f64,

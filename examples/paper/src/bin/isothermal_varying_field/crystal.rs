@@ -46,7 +46,7 @@ pub(crate) struct Crystal {
     pub(crate) angles: Vec<(f64, NeighborAngles)>,
     pub(crate) mobility: DisplacementProfile,
     pub(crate) positions: Vec<Vector3<f64>>,
-    /// What speaks against the measurement; that the fluid's theory does not hold in a crystal is said too.
+    /// Warnings about the measurement; that the fluid's theory does not hold in a crystal is said too.
     pub(crate) warnings: Vec<Warning>,
     pub(crate) growth_sweeps: u64,
     pub(crate) sweeps: u64,

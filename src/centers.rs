@@ -1,11 +1,11 @@
-//! The centers of all spheres, gathered only if somebody looks.
+//! The centers of all spheres, gathered lazily.
 
 use crate::configuration::Configuration;
 
 /// The centers of the spheres of a configuration, in diameters.
 ///
-/// The moves keep spheres sorted by place, not by number. Asking for heights in any order is cheap; the
-/// first to ask for all positions after a sweep has them put in order.
+/// The moves keep spheres sorted by place, not by number. Asking for heights in any order is cheap; positions in
+/// order are gathered once after a sweep, at the first request.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Centers<'a>(Source<'a>);
 

@@ -2,6 +2,7 @@
 
 use crate::equation_of_state::DomainSide;
 use crate::failed_observer::describe;
+use crate::numbers::figures;
 use std::fmt;
 use thiserror::Error;
 
@@ -185,10 +186,7 @@ pub enum Error {
         field_events: u32,
     },
     /// A profile of bins was asked for that has no bins, or too many to be sensible.
-    #[error(
-        "{bins} bins over {extent} diameters is not usable: take between 1 and {maximum}",
-        extent = figures(*extent)
-    )]
+    #[error("{bins} bins over {extent} diameters is not usable: take between 1 and {maximum}", extent = figures(*extent))]
     #[non_exhaustive]
     InvalidBins {
         /// Number of bins that was asked for.
@@ -312,6 +310,41 @@ pub enum Error {
         /// Residual reached.
         residual: f64,
     },
+    /// A density functional was asked for a column that freezes.
+    #[error(
+        "at height {height} the fluid freezes, with packing fractions up to {packing_fraction}: a functional of the fluid does not \
+         know the crystal; simulate, or take a lighter or hotter column", height = figures(*height)
+    )]
+    #[non_exhaustive]
+    BeyondFreezing {
+        /// Lowest height where it freezes.
+        height: f64,
+        /// The largest packing fraction of the uniform fluid.
+        packing_fraction: f64,
+    },
+    /// The density of a functional changes faster than its polynomials follow.
+    #[error(
+        "around height {height} the density is not smooth, by {tail:e} of itself: field or temperature are discontinuous or too \
+         steep there for the grid of a density functional", height = figures(*height)
+    )]
+    #[non_exhaustive]
+    FunctionalTooSteep {
+        /// Start of the worst panel.
+        height: f64,
+        /// What is left at the end of its series, over its mean.
+        tail: f64,
+    },
+    /// The iteration for the density of a functional found no fixed point.
+    #[error(
+        "the density functional has residual {residual:e} after {iterations} iterations: no stable fluid, or too steep a field"
+    )]
+    #[non_exhaustive]
+    FunctionalNotConverged {
+        /// Iterations made.
+        iterations: u32,
+        /// What is left of ln n, root mean square weighted by n.
+        residual: f64,
+    },
     /// An estimate was asked of too few data.
     #[error(
         "{what}: {available} are too few, at least {needed} are needed: run longer or observe more often"
@@ -355,6 +388,9 @@ pub enum Error {
         /// Its value in the frame that was refused.
         shown: f64,
     },
+    /// A frame of a trajectory cannot be started from.
+    #[error(transparent)]
+    Trajectory(#[from] crate::start::TrajectoryError),
     /// A start, a scheme or an adaptation of a user's own failed with an error of its own.
     #[error(transparent)]
     Custom(Box<dyn std::error::Error + Send + Sync>),
@@ -455,43 +491,3 @@ impl fmt::Debug for Error {
 
 /// A chain that the field has stopped as often within a diameter is held by the field, whatever else it meets.
 const HELD_BY_FIELD: u32 = 100;
-
-/// A number as a message shows it: in full, or with a power of ten where that would run to many zeros.
-fn figures(value: f64) -> String {
-    let magnitude = value.abs();
-    if value == 0.0 || !value.is_finite() || (1e-5..1e16).contains(&magnitude) {
-        value.to_string()
-    } else {
-        format!("{value:e}")
-    }
-}
-
-impl Error {
-    /// Fails with [`Error::InvalidParameter`] unless `value` is finite and positive.
-    pub(crate) fn require_positive(name: &'static str, value: f64) -> Result<f64, Self> {
-        if value.is_finite() && value > 0.0 {
-            Ok(value)
-        } else {
-            Err(Self::InvalidParameter { name, value, requirement: "it must be positive and finite" })
-        }
-    }
-
-    /// Fails with [`Error::InvalidParameter`] unless `value` lies between 0 and 1, both excluded.
-    pub(crate) fn require_tolerance(name: &'static str, value: f64) -> Result<f64, Self> {
-        if value > 0.0 && value < 1.0 {
-            Ok(value)
-        } else {
-            let requirement = "it must lie between 0 and 1, both excluded";
-            Err(Self::InvalidParameter { name, value, requirement })
-        }
-    }
-
-    /// Fails with [`Error::InvalidParameter`] unless `value` is finite.
-    pub(crate) fn require_finite(name: &'static str, value: f64) -> Result<f64, Self> {
-        if value.is_finite() {
-            Ok(value)
-        } else {
-            Err(Self::InvalidParameter { name, value, requirement: "it must be finite" })
-        }
-    }
-}

@@ -82,7 +82,7 @@ pub(crate) struct Monitor {
     /// Heights that spheres are counted below: two in the column, two near the base.
     marks: [f64; Self::MARKS],
     lowest_center: f64,
-    /// Spheres by band, summed over looks that count for as many sweeps as they are apart.
+    /// Spheres by band, summed over samples, each weighted with the sweeps since the one before.
     occupancy: Vec<u64>,
     weight: u64,
     bands: Bands,

@@ -12,7 +12,7 @@ use std::thread;
 ///
 /// Results come in the order of the replicas, and are the same to the last bit for any number of
 /// threads. Independent replicas use cores better than threads within one run, give an error that
-/// owes nothing to an analysis of correlations ([`Outcome::scatter`]), and show what a single run
+/// uses no analysis of correlations ([`Outcome::scatter`]), and show what a single run
 /// cannot: that runs do not agree.
 ///
 /// ```

@@ -245,7 +245,7 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
         Ok(())
     }
 
-    /// What speaks against the production run so far; empty if nothing does, which is no proof.
+    /// Warnings about the production run so far. No warnings is no proof of correctness.
     ///
     /// | judged | raises |
     /// |---|---|

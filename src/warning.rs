@@ -10,7 +10,7 @@ use std::fmt;
 /// [`Simulation::warnings`](crate::Simulation::warnings) judges a production run,
 /// [`HydrostaticProfile::warnings`](crate::HydrostaticProfile::warnings) a theory profile, and the profiles of
 /// [`observers`](crate::observers) judge their bins. Each prints as one line: what, where, how much, and what to do.
-/// That there is none does not prove a run right; what each looks at is said there. Heights and lengths are in diameters.
+/// No warnings is no proof of correctness; each variant says what it checks. Heights and lengths are in diameters.
 ///
 /// ```
 /// use gradient_mc::{Scene, Slab, Warning, equation_of_state::ModifiedKolafa};

@@ -5,7 +5,7 @@ use crate::equation_of_state::{EquationOfState, FREEZING, FluidSolid, SpeedySoli
 use crate::monitor::Monitor;
 use crate::{Field, HydrostaticProfile, Scene, TemperatureProfile, Wall, Warning};
 
-/// Coexistence is known to 0.2 %; a column is pushed beyond it by more, or not at all.
+/// Nothing is said of a column whose largest P/T is within 1 % of coexistence: it freezes slowly, or not at all.
 const MARGIN: f64 = 1.01;
 /// A band at least so far above freezing is not there by chance.
 const DENSITY_MARGIN: f64 = 0.005;

@@ -341,7 +341,7 @@ pub struct Certificate {
     /// record, the center of mass.
     pub effective_sample_size: f64,
     /// How much of the field was measured, the rest being theory; nothing in an isothermal scene, or where the scheme does
-    /// not say. The verdict owes nothing to the theory, whatever the field does. Of replicas the least.
+    /// not say. The verdict does not use the theory, whatever the field does. Of replicas the least.
     pub measured: Option<MeasuredShare>,
 }
 
@@ -489,10 +489,10 @@ impl fmt::Display for Certificate {
         let percent = percent(self.residual());
         write!(
             formatter,
-            ": P_iso T/W is off by {percent} % at height {height:.1} (tolerance {:.2} %, in bands \
-             {resolution:.1} high), drift of h_c {drift}, effective sample size {effective_sample_size:.0}",
+            ": forces differ from the weight above by {percent} % at height {height:.1} (tolerance \
+             {:.2} %, in bands {resolution:.1} high), drift of h_c {drift}, effective sample size {effective_sample_size:.0}",
             100.0 * tolerance,
         )?;
-        self.measured.map_or(Ok(()), |measured| write!(formatter, "; of the field {measured} was measured"))
+        self.measured.map_or(Ok(()), |measured| write!(formatter, "; measured part of the field: {measured}"))
     }
 }

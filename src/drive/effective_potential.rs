@@ -132,7 +132,7 @@ impl EffectivePotential {
         let mut correction = Vec::with_capacity(self.correction.len());
         correction.push(0.0);
         for (bin, (field, gradient)) in self.field_part.iter().zip(&self.gradient_part).enumerate() {
-            // A flat stretch owes nothing to the density, not even a rounding error or 0 times infinity.
+            // No contribution where the temperature is constant, not even a rounding error or 0 times infinity.
             if *gradient != 0.0 {
                 sum += pressure_over_density(bin) * gradient;
             }

@@ -5,7 +5,10 @@ use crate::Error;
 
 /// Where fluid and solid coexist.
 ///
-/// The default is that of hard spheres: 0.4917(2) and 0.5432(3) at P/T = 11.56(2).
+/// The default is that of hard spheres: P/T = 11.5727(10), from simulations of up to 2916 spheres
+/// extrapolated to infinitely many, where the fluid has 0.4918 and the solid 0.5434. L. A. Fernandez,
+/// V. Martin-Mayor, B. Seoane and P. Verrocchio, Phys. Rev. Lett. 108, 165701 (2012),
+/// doi:10.1103/PhysRevLett.108.165701.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coexistence {
     /// Packing fraction of the fluid.
@@ -18,7 +21,7 @@ pub struct Coexistence {
 
 impl Default for Coexistence {
     fn default() -> Self {
-        Self { fluid: FREEZING, solid: MELTING, reduced_pressure: 11.56 }
+        Self { fluid: FREEZING, solid: MELTING, reduced_pressure: 11.5727 }
     }
 }
 
@@ -37,7 +40,7 @@ impl Default for Coexistence {
 /// ```
 /// use gradient_mc::equation_of_state::{Coexistence, EquationOfState, FluidSolid, ModifiedKolafa, SpeedySolid};
 /// let spheres = FluidSolid::new(ModifiedKolafa, SpeedySolid, Coexistence::default())?;
-/// let (below, above) = (spheres.packing_fraction_at(11.55, None), spheres.packing_fraction_at(11.57, None));
+/// let (below, above) = (spheres.packing_fraction_at(11.57, None), spheres.packing_fraction_at(11.58, None));
 /// assert!(below.unwrap() < 0.493 && above.unwrap() > 0.543);
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```
@@ -50,12 +53,12 @@ pub struct FluidSolid<F = ModifiedKolafa, S = SpeedySolid> {
 
 impl Default for FluidSolid {
     /// Hard spheres as well as they are known here: the modified Kolafa-Labík-Malijevský fluid and
-    /// Speedy's solid, joined at P/T = 11.56.
+    /// Speedy's solid, joined at P/T = 11.5727.
     fn default() -> Self {
         // What `new` finds, to the last bit, as a test checks; for these two it cannot fail.
         let cuts = Coexistence {
-            fluid: 0.491_707_782_994_691_64,
-            solid: 0.543_204_740_627_804_4,
+            fluid: 0.491_833_794_350_635_07,
+            solid: 0.543_372_812_198_733,
             ..Coexistence::default()
         };
         Self { fluid: ModifiedKolafa, solid: SpeedySolid, cuts }
@@ -86,6 +89,51 @@ impl<F: EquationOfState, S: EquationOfState> FluidSolid<F, S> {
         }
         let cuts = Coexistence { fluid: liquid, solid: crystal, reduced_pressure: pressure };
         Ok(Self { fluid, solid, cuts })
+    }
+
+    /// Joins the two where their chemical potentials agree, so that pressure and chemical potential
+    /// are those of both phases: thermodynamic integration of two equations of state.
+    ///
+    /// The solid's integration constant counts here. With that of [`SpeedySolid`] the transition is at
+    /// P/T = 11.571 for [`ModifiedKolafa`] and 11.572 for [`HansenGoos`](super::HansenGoos), where
+    /// simulations of coexistence have 11.5727(10).
+    ///
+    /// # Errors
+    /// [`Error::InvalidParameter`] if they do not agree at any P/T between 11 and 13.
+    ///
+    /// ```
+    /// use gradient_mc::equation_of_state::{FluidSolid, HansenGoos, SpeedySolid};
+    /// let spheres = FluidSolid::in_equilibrium(HansenGoos, SpeedySolid)?;
+    /// assert!((spheres.coexistence().reduced_pressure - 11.572).abs() < 1e-3);
+    /// # Ok::<(), gradient_mc::Error>(())
+    /// ```
+    pub fn in_equilibrium(fluid: F, solid: S) -> Result<Self, Error> {
+        let (mut low, mut high) = (11.0, 13.0);
+        // ln n and the excess part, solid minus fluid; falls as the pressure rises.
+        let difference = |reduced_pressure: f64| {
+            let liquid = fluid.packing_fraction_at(reduced_pressure, Some(FREEZING))?;
+            let crystal = solid.packing_fraction_at(reduced_pressure, Some(MELTING))?;
+            let excess = solid.excess_chemical_potential(crystal) - fluid.excess_chemical_potential(liquid);
+            Some(libm::log(crystal / liquid) + excess)
+        };
+        let melts = |reduced_pressure| difference(reduced_pressure).is_some_and(|excess| excess > 0.0);
+        let freezes = |reduced_pressure| difference(reduced_pressure).is_some_and(|excess| excess <= 0.0);
+        if !(melts(low) && freezes(high)) {
+            return Err(Error::InvalidParameter {
+                name: "P/T of coexistence",
+                value: if melts(low) { high } else { low },
+                requirement: "fluid and solid must have the same chemical potential between P/T = 11 and 13",
+            });
+        }
+        while high - low > 1e-12 * high {
+            let middle = 0.5 * (low + high);
+            if melts(middle) { low = middle } else { high = middle }
+        }
+        Self::new(
+            fluid,
+            solid,
+            Coexistence { reduced_pressure: 0.5 * (low + high), ..Coexistence::default() },
+        )
     }
 
     /// The transition as these two equations have it: the pressure given, and the packing fractions at

@@ -7,14 +7,16 @@
 //! | [`IdealGas`] | points | any | none for points; 1 % for spheres at η = 0.0025 |
 //! | [`CarnahanStarling`] | fluid | to freezing | 0.3 % |
 //! | [`ModifiedKolafa`] | fluid | to freezing | the smallest of these |
+//! | [`HansenGoos`] | fluid | to freezing | within 0.015 % of the modified Kolafa |
 //! | [`PercusYevickCompressibility`] | fluid | to freezing | +7 % at freezing |
 //! | [`PercusYevickVirial`] | fluid | to freezing | −15 % at freezing |
 //! | [`VirialSeries`] | fluid | to 0.4 | −0.4 % at 0.4 (all ten terms) |
-//! | [`SpeedySolid`] | fcc crystal | from 0.52 | meets P/T = 11.56 at melting |
+//! | [`SpeedySolid`] | fcc crystal | from 0.52 | meets P/T = 11.57 at melting |
 //! | [`FluidSolid`] | both | of its parts | of its parts |
 
 mod carnahan_starling;
 mod fluid_solid;
+mod hansen_goos;
 mod ideal_gas;
 mod modified_kolafa;
 mod percus_yevick_compressibility;
@@ -25,6 +27,7 @@ mod virial_series;
 
 pub use carnahan_starling::CarnahanStarling;
 pub use fluid_solid::{Coexistence, FluidSolid};
+pub use hansen_goos::HansenGoos;
 pub use ideal_gas::IdealGas;
 pub use modified_kolafa::ModifiedKolafa;
 pub use percus_yevick_compressibility::PercusYevickCompressibility;
@@ -37,10 +40,11 @@ use crate::numerics::{differentiate, integrate_panel};
 use std::f64::consts::{FRAC_PI_6, PI, SQRT_2};
 use std::sync::Arc;
 
-/// Packing fraction at which the hard-sphere fluid freezes, 0.4917(2).
-pub const FREEZING: f64 = 0.4917;
-/// Packing fraction at which the fcc crystal melts, 0.5432(3).
-pub const MELTING: f64 = 0.5432;
+/// Packing fraction at which the hard-sphere fluid freezes: where [`ModifiedKolafa`] reaches the
+/// pressure of [`Coexistence`].
+pub const FREEZING: f64 = 0.4918;
+/// Packing fraction at which the fcc crystal melts: where [`SpeedySolid`] reaches that pressure.
+pub const MELTING: f64 = 0.5434;
 /// Largest packing fraction of equal spheres, π/√18.
 pub const CLOSE_PACKING: f64 = PI / (3.0 * SQRT_2);
 

@@ -21,7 +21,7 @@ const POLE: f64 = 0.601;
 /// ```
 /// use gradient_mc::equation_of_state::{EquationOfState, MELTING, SpeedySolid, number_density};
 /// let reduced_pressure = number_density(MELTING) * SpeedySolid.compressibility_factor(MELTING);
-/// assert!((reduced_pressure - 11.56).abs() < 0.01);
+/// assert!((reduced_pressure - 11.57).abs() < 0.01);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct SpeedySolid;

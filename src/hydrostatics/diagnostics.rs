@@ -18,7 +18,7 @@ impl HydrostaticProfile {
     /// Relative; less is rounding.
     const SMALLEST_JUMP: f64 = 0.01;
 
-    /// What speaks against this profile: [`Warning::OutsideDomain`], [`Warning::InaccurateEquation`],
+    /// Warnings about this profile: [`Warning::OutsideDomain`], [`Warning::InaccurateEquation`],
     /// [`Warning::SteepGradient`], [`Warning::DensityJump`] (the largest), and [`Warning::LidTooLow`], which does not make the profile wrong but a
     /// pressure that is taken from the weight of what lies above.
     ///

@@ -6,9 +6,9 @@
 //! of T, or of η at a phase transition, is closed in on until the panel that holds it is as narrow as
 //! rounding allows.
 
-use super::legendre::{Legendre, ORDER, Series, evaluate};
 use crate::equation_of_state::{DomainSide, EquationOfState, number_density};
 use crate::field::{END_MARGIN, acceleration_below};
+use crate::legendre::{Legendre, ORDER, Series, evaluate};
 use crate::{Error, Field, TemperatureProfile};
 use std::cell::Cell;
 

@@ -4,11 +4,11 @@
 //! image.
 
 use super::HydrostaticProfile;
-use super::legendre::{Series, evaluate};
 use super::march::Panel;
 use super::profile::DomainExit;
 use crate::equation_of_state::packing_fraction;
 use crate::field::{END_MARGIN, acceleration_below};
+use crate::legendre::{Series, evaluate};
 use crate::{Error, Field, TemperatureProfile};
 
 /// A field or temperature between two heights, upside down.

@@ -9,7 +9,7 @@
 //! layers becomes right. The local density is also wrong where ln n changes by of order 1 over a diameter.
 
 mod diagnostics;
-mod legendre;
+mod layered;
 mod march;
 mod mirror;
 mod profile;
@@ -17,8 +17,8 @@ mod profile;
 pub use profile::{DomainExit, HydrostaticProfile};
 
 use crate::equation_of_state::{DomainSide, EquationOfState};
+use crate::legendre::Legendre;
 use crate::{Error, Field, Scene, Slab, TemperatureProfile};
-use legendre::Legendre;
 use march::{Column, Panel};
 use mirror::{Mirrored, mirrored_error};
 use std::cell::Cell;
@@ -141,8 +141,21 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
         T: Clone,
         E: Clone,
     {
-        let with_walls =
-            |base: f64, lid: f64| self.clone().base(base).lid(slab.height() - lid).column_density(spheres);
+        self.between(Some(slab.height()), spheres)
+    }
+
+    /// The same between a wall at x = 0 and one at `lid`, or below an open sky.
+    pub(crate) fn between(&self, lid: Option<f64>, spheres: f64) -> Result<HydrostaticProfile, Error>
+    where
+        F: Clone,
+        T: Clone,
+        E: Clone,
+    {
+        let with_walls = |from_base: f64, from_lid: f64| {
+            let mut column = self.clone().base(from_base);
+            column.lid = lid.map(|lid| lid - from_lid);
+            column.column_density(spheres)
+        };
         // A box so full that this leaves no room for its fluid may still be wide enough for it.
         let near = with_walls(0.25, 0.25).or_else(|_| with_walls(0.0, 0.0))?;
         let at_lid = near.packing_fraction(near.top());

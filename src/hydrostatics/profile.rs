@@ -1,8 +1,8 @@
 //! The solved column.
 
-use super::legendre::{evaluate, evaluate_integral};
 use super::march::{Column, Panel};
 use crate::equation_of_state::{Domain, DomainSide, EquationOfState, FluidSolid, packing_fraction};
+use crate::legendre::{evaluate, evaluate_integral};
 use crate::{Error, Field, TemperatureProfile};
 
 /// The theory profile of a scene; made by [`Hydrostatics`](super::Hydrostatics).

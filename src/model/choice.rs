@@ -7,7 +7,7 @@ use crate::hydrostatics::DomainExit;
 use crate::{Error, Field, HydrostaticProfile, Scene, Slab, TemperatureProfile};
 use std::fmt;
 
-/// A way to the profile of a scene, from cheap to dear.
+/// A model of the profile of a scene, in order of cost.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub enum Model {
@@ -165,7 +165,7 @@ impl ModelChoice {
         &self.candidates[self.chosen]
     }
 
-    /// All models that were considered, from cheap to dear.
+    /// All models that were considered, in order of cost.
     #[must_use]
     pub fn candidates(&self) -> &[Assessment] {
         &self.candidates

@@ -89,7 +89,7 @@ impl CenterOfMass {
         Ok(Estimate::new(mean, scattered(&replicas, squared).standard_error))
     }
 
-    /// What speaks against the series: [`Warning::ReplicasDisagree`] if merged replicas have means
+    /// Warnings about the series: [`Warning::ReplicasDisagree`] if merged replicas have means
     /// that cannot be those of one state. A run is judged by
     /// [`Simulation::warnings`](crate::Simulation::warnings).
     #[must_use]

@@ -6,7 +6,7 @@ use crate::statistics::{BlockAverages, Estimate};
 use crate::{Collision, Error, Frame, Merge, Observer, ObserverError, Recorder, Slab};
 
 /// The pressures `P_xx(x)` and `P_yy(x)` = `P_zz(x)` of a simulation by event chains, from the collisions of
-/// the chains: an estimate that owes nothing to the weight of the column.
+/// the chains: an estimate that does not use the weight of the column.
 ///
 /// A chain visits every sphere with the same probability and collides with its neighbors at the rate at
 /// which they are found in contact, so that collisions sample the virial (homogeneous systems:

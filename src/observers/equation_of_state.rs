@@ -205,7 +205,7 @@ impl EquationOfStateProfile {
         Ok(points.collect())
     }
 
-    /// What speaks against single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base up
+    /// Warnings about single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base up
     /// to where 1 % of the spheres seen is left. Above that, and in a vacuum, bins are empty by right.
     /// [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than 2.5 independent
     /// configurations, as a run is judged; [`Warning::ReplicasDisagree`] where merged replicas do. [`Warning::WideBins`] where the

@@ -23,33 +23,45 @@ impl Start for Theory {
     /// [`Error::LatticeFull`] when the lattice that fits the slab
     /// has too few sites.
     fn place(&self, scene: &AnyScene<'_>, generator: &mut Generator) -> Result<Vec<Vector3<f64>>, Error> {
-        // Sites per sphere where the profile is densest: enough vacancies to move.
-        const ROOM: f64 = 1.15;
-        let slab = scene.slab();
-        let mut lattice = Lattice::densest(slab);
-        // A slab that is too full has no profile either; this says why.
-        if scene.particles() > lattice.capacity() {
-            return Err(Error::LatticeFull { sites: lattice.capacity(), particles: scene.particles() });
-        }
-        let equation_of_state = FluidSolid::default();
-        let profile = scene.hydrostatics(&equation_of_state).or_else(|error| match error {
-            Error::HydrostaticsNotConverged { .. } => scene.hydrostatics(&ModifiedKolafa),
-            error => Err(error),
-        })?;
-        let (_, densest) = profile.density_maximum();
-        lattice.stretch((lattice.number_density(slab) / (ROOM * densest)).clamp(1.0, 1.5), slab);
-        let particles = scene.particles() as f64;
-        // Heights of the spheres are the quantiles of the profile; each goes to the layer it is in.
-        let mut counts = vec![0; lattice.layers()];
-        for sphere in 0..scene.particles() {
-            let height = profile.height_of_fraction((sphere as f64 + 0.5) / particles);
-            let layer = ((height - slab.lowest_center()) / lattice.spacing() + 0.5).max(0.0);
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-            let layer = (layer as usize).min(lattice.layers() - 1);
-            counts[layer] += 1;
-        }
-        lattice.fill(scene, generator, |layer| counts[layer])
+        by_quantiles(scene, generator, || {
+            let equation_of_state = FluidSolid::default();
+            let profile = scene.hydrostatics(&equation_of_state).or_else(|error| match error {
+                Error::HydrostaticsNotConverged { .. } => scene.hydrostatics(&ModifiedKolafa),
+                error => Err(error),
+            })?;
+            let (_, densest) = profile.density_maximum();
+            Ok((densest, move |fraction| profile.height_of_fraction(fraction)))
+        })
     }
+}
+
+/// Spheres on sites of a lattice, by a profile: its largest density, and the height below which a fraction of the spheres lies.
+pub(super) fn by_quantiles<Q: Fn(f64) -> f64>(
+    scene: &AnyScene<'_>,
+    generator: &mut Generator,
+    profile: impl FnOnce() -> Result<(f64, Q), Error>,
+) -> Result<Vec<Vector3<f64>>, Error> {
+    // Sites per sphere where the profile is densest: enough vacancies to move.
+    const ROOM: f64 = 1.15;
+    let slab = scene.slab();
+    let mut lattice = Lattice::densest(slab);
+    // A slab that is too full has no profile either; this says why.
+    if scene.particles() > lattice.capacity() {
+        return Err(Error::LatticeFull { sites: lattice.capacity(), particles: scene.particles() });
+    }
+    let (densest, height_of_fraction) = profile()?;
+    lattice.stretch((lattice.number_density(slab) / (ROOM * densest)).clamp(1.0, 1.5), slab);
+    let particles = scene.particles() as f64;
+    // Heights of the spheres are the quantiles of the profile; each goes to the layer it is in.
+    let mut counts = vec![0; lattice.layers()];
+    for sphere in 0..scene.particles() {
+        let height = height_of_fraction((sphere as f64 + 0.5) / particles);
+        let layer = ((height - slab.lowest_center()) / lattice.spacing() + 0.5).max(0.0);
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let layer = (layer as usize).min(lattice.layers() - 1);
+        counts[layer] += 1;
+    }
+    lattice.fill(scene, generator, |layer| counts[layer])
 }
 
 #[cfg(test)]

@@ -8,6 +8,7 @@
 mod adaptation;
 mod chain_pressure;
 mod common;
+mod density_functional;
 mod detailed_balance;
 mod event_chains;
 mod exact_results;
@@ -22,5 +23,6 @@ mod stability;
 mod steady_state;
 mod structure;
 mod theory;
+mod trajectories;
 mod wall_pressure;
 mod warnings;

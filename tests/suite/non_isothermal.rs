@@ -363,7 +363,7 @@ fn certificates_state_the_measured_share() {
         simulation.run(600, &mut ()).unwrap();
         let certificate = simulation.certificate(0.1).unwrap();
         let measured = certificate.measured.unwrap();
-        assert!(certificate.to_string().ends_with(&format!("of the field {measured} was measured")));
+        assert!(certificate.to_string().ends_with(&format!("measured part of the field: {measured}")));
         let warned =
             simulation.warnings().iter().any(|warning| matches!(warning, Warning::FieldOfTheory { .. }));
         (measured, warned)

@@ -141,7 +141,7 @@ fn drives_are_linear_in_a_small_decay_rate() {
     }
 }
 
-/// Positions after a short run from the close-packed crystal, which owes nothing to theory.
+/// Positions after a short run from the close-packed crystal, which does not use theory.
 fn run<T: TemperatureProfile, S: Scheme<UniformField, T>>(temperature: T, scheme: S) -> Vec<Vector3<f64>> {
     let slab = Slab::new(60.0, 5.0, 5.0).unwrap();
     let scene = Scene::new(slab, 200, UniformField::default(), temperature).unwrap();

@@ -252,7 +252,7 @@ fn a_column_that_freezes_is_warned_of_and_so_is_a_box_that_does_not_fit() {
         local(ClosePacked, 0.1, [0, 200]).of(scene, &mut ())
     };
     let warnings = cold(6.0, 6.0);
-    // P/T falls from 16.7 to 11.56 where 3.1 of the ten spheres per area are below: some 2.8 diameters up.
+    // P/T falls from 16.7 to 11.57 where 3.1 of the ten spheres per area are below: some 2.8 diameters up.
     assert_warned!(
         warnings,
         Warning::Metastable { lowest_height, highest_height, packing_fraction, .. }

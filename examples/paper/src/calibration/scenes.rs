@@ -61,7 +61,7 @@ impl HeldOut {
     /// The first draws of one generator:
     ///
     /// - T₀ = 40^(u²): between 1 and 40, flat columns more often than tall ones, since tall ones hardly need a simulation;
-    /// - weight N/(A T₀) log-uniform between 0.005 and 10 (the hard-sphere fluid freezes at P/T = 11.56 and α, β add to it);
+    /// - weight N/(A T₀) log-uniform between 0.005 and 10 (the hard-sphere fluid freezes at P/T = 11.57 and α, β add to it);
     /// - α = 0 in half of them, else uniform up to 0.1; β = 0 in half of them, else uniform up to 0.05;
     /// - tolerance log-uniform between 0.3 and 15 %;
     ///

@@ -207,7 +207,7 @@ fn write_tables(
                 state.temperature,
                 state.center_of_mass,
                 state.theory.kolafa.center_of_mass(),
-                state.theory.white_bear,
+                state.theory.white_bear().center_of_mass,
                 state.response,
                 state.theory.slope,
             ]

@@ -4,17 +4,20 @@ use super::layers::{Layer, of_theory};
 use super::protocol::DRAWN;
 use super::state::{State, difference};
 use super::style::color_of;
-use super::theory::independent_base;
+use super::theory::Layers;
 use gradient_mc::statistics::Estimate;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
+use paper::functionals::independent_base;
 use paper::groups::largest;
 use paper::row;
 use paper::{Failure, Report};
 
 /// Up to this height.
 const HIGHEST: f64 = 8.0;
-/// White Bear II at T₀ = 15: what it may be off in a bin of 0.1, as a fraction of n.
+/// White Bear II at T₀ = 15 and above: what it may be off in a bin of 0.1, as a fraction of n.
 const FUNCTIONAL: f64 = 0.03;
+/// Up to this temperature places and heights of layers are compared; those of hotter columns are low and broad.
+const COMPARED: f64 = 15.0;
 /// The temperature of the independent simulation.
 const INDEPENDENT: f64 = 5.0;
 
@@ -23,19 +26,13 @@ pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Fa
     let mut figure =
         Figure::new("Layers at the base, against the White Bear II functional").with_size(1600, 800);
     for (column, state) in drawn.iter().enumerate() {
-        figure = figure.panel(profile(state, column));
-        figure = if state.theory.white_bear_base.is_empty() {
-            figure.panel(contact(states, column))
-        } else {
-            figure.panel(deviation(state, column))
-        };
+        figure = figure.panel(profile(state, column)).panel(deviation(state, column));
     }
     report.picture(
         "layered_base",
         &figure,
-        "Above: number density near the base in bins of 0.1 d (points), the White Bear II functional (line; there is no \
-         reference at T₀ = 30) and the local theory between walls (dashed). Below: deviation of the simulation from the \
-         functional, and the contact density n(0.5⁺), extrapolated, over the weight of the column divided by T₀.",
+        "Above: number density near the base in bins of 0.1 d (points), the White Bear II functional (line) and the local theory \
+         between walls (dashed). Below: deviation from White Bear II of the simulation (points) and of the other functionals (lines).",
     )?;
     write_tables(states, report)?;
     claims(states, report)
@@ -64,10 +61,8 @@ fn profile(state: &State<'_>, column: usize) -> Panel {
     )
     .with_title(&format!("T₀ = {temperature}"))
     .with_legend(Corner::TopRight);
-    if !theory.white_bear_base.is_empty() {
-        let functional = theory.white_bear_base.iter().copied().filter(|(height, _)| *height < HIGHEST);
-        panel = panel.line("White Bear II", colors::INK, Mark::Line, functional);
-    }
+    let functional = theory.white_bear().base.iter().copied().filter(|(height, _)| *height < HIGHEST);
+    panel = panel.line("White Bear II", colors::INK, Mark::Line, functional);
     panel
         .line(
             "local theory between walls",
@@ -83,59 +78,70 @@ fn density_point((height, density): &(f64, Estimate)) -> Point {
 }
 
 /// Simulation over functional, less 1, with its error, for every bin that both have.
-fn from_functional(state: &State<'_>) -> impl Iterator<Item = (f64, Estimate)> {
-    let pairs = state.base.bins.iter().zip(&state.theory.white_bear_base);
+fn from_functional<'a>(
+    state: &'a State<'_>,
+    functional: &'a Layers,
+) -> impl Iterator<Item = (f64, Estimate)> + 'a {
+    let pairs = state.base.bins.iter().zip(&functional.base);
     pairs
         .filter(|((height, _), _)| *height < HIGHEST)
         .map(|((height, density), (_, functional))| (*height, *density / *functional - 1.0))
 }
 
 fn deviation(state: &State<'_>, column: usize) -> Panel {
-    let points = from_functional(state).map(|(height, deviation)| Point::percent(height, deviation));
-    Panel::new(
+    const COLORS: [paper::figure::RGBColor; 5] =
+        [colors::GRAY, colors::SKY, colors::INK, colors::GREEN, colors::PURPLE];
+    let white_bear = state.theory.white_bear();
+    let points =
+        from_functional(state, white_bear).map(|(height, deviation)| Point::percent(height, deviation));
+    let mut panel = Panel::new(
         place(column, true),
         Axis::new("height x / d", 0.0, HIGHEST).with_numbers(9),
         Axis::new("n / n(White Bear II) − 1  (%)", -40.0, 40.0).with_numbers(7),
     )
-    .line("", colors::INK, Mark::Line, [(0.0, 0.0), (HIGHEST, 0.0)])
-    .points("", color_of(state.temperature), Mark::Points, points)
+    .with_legend(Corner::TopRight);
+    for (functional, color) in state.theory.functionals.iter().zip(COLORS) {
+        let ratios = functional.base.iter().zip(&white_bear.base);
+        let line = ratios
+            .filter(|((height, _), _)| *height < HIGHEST)
+            .map(|((height, density), (_, known))| (*height, 100.0 * (density / known - 1.0)));
+        panel = panel.line(functional.name, color, Mark::Line, line);
+    }
+    panel.points("simulation", color_of(state.temperature), Mark::Points, points)
 }
 
-fn contact(states: &[State<'_>], column: usize) -> Panel {
-    let points = states.iter().map(|state| {
-        let (contact, exact) = (state.base.contact_density, state.contact_density());
-        Point { x: state.temperature, y: contact.mean / exact, error: contact.standard_error / exact }
-    });
-    Panel::new(
-        place(column, true),
-        Axis::new("T₀ / mgd", 0.0, 35.0).with_numbers(8),
-        Axis::new("n(0.5⁺) T₀ / weight", 0.92, 1.08).with_numbers(5),
-    )
-    .with_legend(Corner::TopLeft)
-    .line("contact theorem", colors::INK, Mark::Line, [(0.0, 1.0), (35.0, 1.0)])
-    .points("simulation", colors::VERMILION, Mark::Points, points)
+/// Root mean square over the bins of the deviation from a functional, and of its error.
+fn root_mean_squares(state: &State<'_>, functional: &Layers) -> [f64; 2] {
+    let found: Vec<Estimate> = from_functional(state, functional).map(|(_, deviation)| deviation).collect();
+    [|bin: &Estimate| bin.mean, |bin: &Estimate| bin.standard_error].map(|value: fn(&Estimate) -> f64| {
+        (found.iter().map(|bin| value(bin) * value(bin)).sum::<f64>() / found.len() as f64).sqrt()
+    })
 }
 
 fn write_tables(states: &[State<'_>], report: &Report) -> Result<(), Failure> {
     let bins = states.iter().flat_map(|state| {
-        let functional = &state.theory.white_bear_base;
+        let functionals = &state.theory.functionals;
         state.base.bins.iter().enumerate().map(move |(bin, &(height, density))| {
-            let functional = functional.get(bin).map_or(f64::NAN, |&(_, density)| density);
-            row![state.temperature, height, density, functional]
+            let mut row = row![state.temperature, height, density];
+            row.extend(
+                functionals
+                    .iter()
+                    .map(|functional| functional.base.get(bin).map_or(f64::NAN, |&(_, density)| density)),
+            );
+            row
         })
     });
     report.table(
         "layered_base",
-        "temperature in m g d; height in d, middles of bins of 0.1; densities in 1/d^3; errors are one standard error; NaN: no \
-         reference",
-        "temperature, height, number_density, number_density_error, white_bear",
+        "temperature in m g d; height in d, middles of bins of 0.1; densities in 1/d^3; errors are one standard error",
+        "temperature, height, number_density, number_density_error, rosenfeld, white_bear, white_bear_2, tarazona, lutsko_stable",
         bins,
     )?;
     let peaks = states.iter().flat_map(|state| {
         let contact = state.base.contact_density;
         let wall =
             row![state.temperature, 1.0, 0.5, 0.0, contact, f64::NAN, f64::NAN, state.contact_density(),];
-        let (_, functional) = of_theory(&state.theory.white_bear_base);
+        let (_, functional) = of_theory(&state.theory.white_bear().base);
         let layers = state.base.layers.iter().enumerate().map(move |(number, layer)| {
             let (_, height) = functional.get(number).copied().unwrap_or((f64::NAN, f64::NAN));
             row![
@@ -178,9 +184,21 @@ fn claims(states: &[State<'_>], report: &mut Report) -> Result<(), Failure> {
         if temperature == INDEPENDENT {
             independently(state, report)?;
         }
-        if !state.theory.white_bear_base.is_empty() {
-            against_functional(state, report);
+        for functional in &state.theory.functionals {
+            let [deviation, noise] = root_mean_squares(state, functional);
+            let largest = from_functional(state, functional)
+                .max_by(|(_, one), (_, other)| one.mean.abs().total_cmp(&other.mean.abs()));
+            if let Some((height, largest)) = largest {
+                println!(
+                    "T = {temperature:2}, {}: rms deviation {:.2} %, of which noise {:.2}; largest {} % at x = {height:.2}",
+                    functional.name,
+                    100.0 * deviation,
+                    100.0 * noise,
+                    100.0 * largest
+                );
+            }
         }
+        against_functional(state, report);
     }
     Ok(())
 }
@@ -229,12 +247,9 @@ fn two_routes(state: &State<'_>, report: &mut Report) {
 /// significant deviations of functionals of this kind at high densities (doi:10.5488/CMP.19.23001).
 fn against_functional(state: &State<'_>, report: &mut Report) {
     let (temperature, verdicts) = (state.temperature, &mut report.verdicts);
-    let found: Vec<Estimate> = from_functional(state).map(|(_, deviation)| deviation).collect();
-    let root_mean_square = |value: fn(&Estimate) -> f64| {
-        (found.iter().map(|bin| value(bin) * value(bin)).sum::<f64>() / found.len() as f64).sqrt()
-    };
-    let deviation = Estimate::exact(root_mean_square(|bin| bin.mean));
-    let noise = root_mean_square(|bin| bin.standard_error);
+    let white_bear = state.theory.white_bear();
+    let [deviation, noise] = root_mean_squares(state, white_bear);
+    let deviation = Estimate::exact(deviation);
     let claim = format!(
         "rms of n/n(White Bear II) − 1 at T = {temperature} in bins of 0.1, x < {HIGHEST}, of which noise {noise:.4}"
     );
@@ -242,7 +257,8 @@ fn against_functional(state: &State<'_>, report: &mut Report) {
         verdicts.at_least("base", &format!("{claim}: the functional fails here"), deviation, 3.0 * noise);
     } else {
         verdicts.at_most("base", &claim, deviation, 0.02);
-        let beyond = found.iter().map(|bin| (bin.mean.abs() - FUNCTIONAL) / bin.standard_error);
+        let beyond = from_functional(state, white_bear)
+            .map(|(_, bin)| (bin.mean.abs() - FUNCTIONAL) / bin.standard_error);
         verdicts.at_most(
             "base",
             &format!("the largest of these at T = {temperature} less {FUNCTIONAL}, in errors"),
@@ -250,7 +266,10 @@ fn against_functional(state: &State<'_>, report: &mut Report) {
             3.0,
         );
     }
-    let (_, functional) = of_theory(&state.theory.white_bear_base);
+    if temperature > COMPARED {
+        return;
+    }
+    let (_, functional) = of_theory(&white_bear.base);
     for (number, (layer, (position, height))) in state.base.layers.iter().zip(functional).enumerate() {
         let name = format!("layer {} at T = {temperature}, by bins of 0.1", number + 2);
         let reach = if temperature < 10.0 { 0.06 } else { 0.03 };

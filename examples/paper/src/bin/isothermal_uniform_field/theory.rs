@@ -1,26 +1,13 @@
 //! What is known without simulation.
 
-use super::protocol::{COLUMN_DENSITY, HEIGHT};
+use super::protocol::{COLUMN_DENSITY, HEIGHT, TEMPERATURES};
 use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa};
 use gradient_mc::field::UniformField;
-use gradient_mc::statistics::Estimate;
+use gradient_mc::functional::DensityFunctional;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{EquationOfState, HydrostaticProfile, Hydrostatics, Slab};
 use paper::Failure;
-
-/// Center of mass by the White Bear II functional (doi:10.1088/0953-8984/18/37/002), made of the Carnahan-Starling equation: from
-/// a solver of its own, independent of this library (`tests/reference/README.md`).
-pub(crate) const WHITE_BEAR: [(f64, f64); 4] =
-    [(5.0, 27.9942), (15.0, 42.9804), (20.0, 49.3939), (30.0, 61.3926)];
-
-/// The functional's n(x) at the base, means over bins of 0.1, for two temperatures.
-const WHITE_BEAR_BASE: [(f64, &str); 2] = [
-    (5.0, include_str!("../../../../../tests/reference/fmt_WBII_T5_bins_extrapolated.csv")),
-    (15.0, include_str!("../../../../../tests/reference/fmt_WBII_T15_bins_extrapolated.csv")),
-];
-
-/// n(x) at the base at T₀ = 5 by a Monte Carlo program that has nothing in common with this library, in bins of 0.1 with errors.
-const INDEPENDENT_BASE: &str = include_str!("../../../../../tests/reference/layers_T5_monte_carlo.csv");
+use paper::functionals::{self, Named, base_bins};
 
 /// Theory of one temperature.
 #[derive(Debug, Clone)]
@@ -33,10 +20,31 @@ pub(crate) struct Theory {
     pub(crate) paper: HydrostaticProfile,
     /// Derivative of its center of mass by temperature.
     pub(crate) slope: f64,
-    /// Center of mass by White Bear II.
-    pub(crate) white_bear: f64,
-    /// Its n(x) at the base, as middles of bins and densities; empty where there is no reference.
-    pub(crate) white_bear_base: Vec<(f64, f64)>,
+    /// By density functionals, in the order of [`functionals::all`].
+    pub(crate) functionals: Vec<Layers>,
+}
+
+/// What a density functional says of a column.
+#[derive(Debug, Clone)]
+pub(crate) struct Layers {
+    pub(crate) name: &'static str,
+    pub(crate) center_of_mass: f64,
+    /// n(x) at the base: middles of bins of 0.1, and the mean in each.
+    pub(crate) base: Vec<(f64, f64)>,
+}
+
+impl Layers {
+    fn new(temperature: f64, functional: &Named) -> Result<Self, Failure> {
+        let temperature = Isothermal::new(temperature)?;
+        let profile = DensityFunctional::new(UniformField::default(), temperature, &*functional.functional)
+            .lid(HEIGHT)
+            .column_density(COLUMN_DENSITY)?;
+        Ok(Self {
+            name: functional.name,
+            center_of_mass: profile.center_of_mass(),
+            base: base_bins(&profile).collect(),
+        })
+    }
 }
 
 impl Theory {
@@ -45,11 +53,7 @@ impl Theory {
         let [below, above] = [temperature - step, temperature + step]
             .map(|temperature| between_walls(temperature, ModifiedKolafa));
         let rise = above?.center_of_mass() - below?.center_of_mass();
-        let (_, white_bear) = WHITE_BEAR
-            .into_iter()
-            .find(|&(tabulated, _)| tabulated == temperature)
-            .ok_or("White Bear II was solved for other temperatures")?;
-        let base = WHITE_BEAR_BASE.into_iter().find(|&(tabulated, _)| tabulated == temperature);
+        let functionals = functionals::all();
         Ok(Self {
             kolafa: between_walls(temperature, ModifiedKolafa)?,
             carnahan_starling: between_walls(temperature, CarnahanStarling)?,
@@ -61,15 +65,23 @@ impl Theory {
             .lid(HEIGHT)
             .column_density(COLUMN_DENSITY)?,
             slope: rise / (2.0 * step),
-            white_bear,
-            white_bear_base: base.map_or(Ok(Vec::new()), |(_, text)| read_base(text))?,
+            functionals: functionals
+                .iter()
+                .map(|functional| Layers::new(temperature, functional))
+                .collect::<Result<_, _>>()?,
         })
+    }
+
+    /// White Bear II (doi:10.1088/0953-8984/18/37/002), made of the Carnahan-Starling equation.
+    pub(crate) fn white_bear(&self) -> &Layers {
+        &self.functionals[functionals::WHITE_BEAR_2]
     }
 
     /// What White Bear II would say if it were made of the better equation of state, as far as the local theory tells
     /// the difference.
     pub(crate) fn corrected_white_bear(&self) -> f64 {
-        self.white_bear + self.kolafa.center_of_mass() - self.carnahan_starling.center_of_mass()
+        self.white_bear().center_of_mass + self.kolafa.center_of_mass()
+            - self.carnahan_starling.center_of_mass()
     }
 
     /// The ideal gas of the same chemical potential, n₀ exp(−x/T): what the column becomes at its dilute top.
@@ -93,35 +105,11 @@ pub(crate) fn between_walls(
 /// the same equation of state.
 pub(crate) fn accuracy() -> Result<f64, Failure> {
     let mut largest = 0.0;
-    for (temperature, white_bear) in WHITE_BEAR {
+    let functionals = functionals::all();
+    for temperature in TEMPERATURES {
         let local = between_walls(temperature, CarnahanStarling)?.center_of_mass();
-        largest = f64::max(largest, (local - white_bear).abs());
+        let white_bear = Layers::new(temperature, &functionals[functionals::WHITE_BEAR_2])?;
+        largest = f64::max(largest, (local - white_bear.center_of_mass).abs());
     }
     Ok(largest)
-}
-
-/// The independent simulation of the base at T₀ = 5.
-pub(crate) fn independent_base() -> Result<Vec<Estimate>, Failure> {
-    Ok(read(INDEPENDENT_BASE)?
-        .into_iter()
-        .map(|[_, _, density, error]| Estimate::new(density, error))
-        .collect())
-}
-
-fn read_base(text: &str) -> Result<Vec<(f64, f64)>, Failure> {
-    Ok(read(text)?.into_iter().map(|[low, high, density, _]| (f64::midpoint(low, high), density)).collect())
-}
-
-/// The first four columns of a reference.
-fn read(text: &str) -> Result<Vec<[f64; 4]>, Failure> {
-    let mut reader = csv::Reader::from_reader(text.as_bytes());
-    let mut bins = Vec::new();
-    for record in reader.records() {
-        let record = record?;
-        let number = |column: usize| -> Result<f64, Failure> {
-            Ok(record.get(column).ok_or("the reference has a short line")?.parse()?)
-        };
-        bins.push([number(0)?, number(1)?, number(2)?, number(3)?]);
-    }
-    Ok(bins)
 }

@@ -3,7 +3,7 @@
 use super::column::{LOWEST, TEMPERATURE};
 use super::mobility::Mobility;
 use super::outcome::{DILUTE, Outcome};
-use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa, packing_fraction};
+use gradient_mc::equation_of_state::{EquationOfState, FREEZING, ModifiedKolafa, packing_fraction};
 use gradient_mc::statistics::Estimate;
 use paper::groups::{self, farthest_from_zero, magnitude};
 use paper::verdict::Verdicts;
@@ -18,8 +18,6 @@ const LARGEST_ERRORS: [f64; 2] = [0.006, 0.0015];
 const SIGMAS: f64 = 4.0;
 /// Largest relative error of the number of spheres in the dilute top.
 const LARGEST_TAIL_ERROR: f64 = 0.08;
-/// Packing fraction at which hard spheres freeze.
-const FREEZING: f64 = 0.4917;
 
 pub(crate) fn verdicts(outcomes: &[Outcome]) -> Verdicts {
     let mut verdicts = Verdicts::new();

@@ -1,6 +1,6 @@
 //! Where methods fail, how, and whether the program says so: every method across the parameter that breaks it.
 //!
-//! Each point of a map is a run of its own against a truth that owes nothing to it: an exact result, the hydrostatic
+//! Each point of a map is a run of its own against an independent truth: an exact result, the hydrostatic
 //! theory where that is good, or a simulation where the theory is what is tested. One rule ([`verdict`]) judges all.
 
 #[macro_use]

@@ -3,20 +3,20 @@
 use std::f64::consts::PI;
 
 /// Nodes per panel; quadrature is exact for polynomials up to degree 2·16 − 1.
-pub(super) const ORDER: usize = 16;
+pub(crate) const ORDER: usize = 16;
 
 /// Values at the nodes of a panel, or the coefficients of the series through them.
-pub(super) type Series = [f64; ORDER];
+pub(crate) type Series = [f64; ORDER];
 
 /// The Gauss-Legendre rule on [−1, 1] with the matrices that go with it.
 ///
 /// Everything is computed from the recurrence of the polynomials, so there is no table to mistype.
 #[derive(Debug, Clone)]
-pub(super) struct Legendre {
+pub(crate) struct Legendre {
     /// Nodes, rising.
-    pub(super) nodes: Series,
+    pub(crate) nodes: Series,
     /// Weights; their sum is 2.
-    pub(super) weights: Series,
+    pub(crate) weights: Series,
     /// Row i gives the integral from −1 to node i of the polynomial through values at the nodes.
     integration: [Series; ORDER],
     /// Row k gives coefficient k of the series through values at the nodes.
@@ -35,7 +35,7 @@ const RATIOS: [f64; ORDER] = {
 };
 
 /// P₀(t) ... P₁₆(t).
-fn polynomials(t: f64) -> [f64; ORDER + 1] {
+pub(crate) fn polynomials(t: f64) -> [f64; ORDER + 1] {
     let mut values = [1.0; ORDER + 1];
     values[1] = t;
     for k in 1..ORDER {
@@ -60,7 +60,7 @@ fn dot(left: &[f64], right: &[f64]) -> f64 {
 }
 
 impl Legendre {
-    pub(super) fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let order = ORDER as f64;
         let mut nodes = [0.0; ORDER];
         let mut weights = [0.0; ORDER];
@@ -87,28 +87,33 @@ impl Legendre {
     }
 
     /// Integral over [−1, 1] of the polynomial through `values`.
-    pub(super) fn integrate(&self, values: &Series) -> f64 {
+    pub(crate) fn integrate(&self, values: &Series) -> f64 {
         dot(&self.weights, values)
     }
 
     /// Integrals from −1 to each node.
-    pub(super) fn integrate_to_nodes(&self, values: &Series) -> Series {
+    pub(crate) fn integrate_to_nodes(&self, values: &Series) -> Series {
         std::array::from_fn(|i| dot(&self.integration[i], values))
     }
 
+    /// What a functional of the polynomials P₀ ... P₁₅ is as a sum over values at the nodes.
+    pub(crate) fn by_values(&self, of_polynomials: &Series) -> Series {
+        std::array::from_fn(|j| (0..ORDER).map(|k| of_polynomials[k] * self.analysis[k][j]).sum())
+    }
+
     /// Coefficients of the series through `values`.
-    pub(super) fn coefficients(&self, values: &Series) -> Series {
+    pub(crate) fn coefficients(&self, values: &Series) -> Series {
         std::array::from_fn(|k| dot(&self.analysis[k], values))
     }
 }
 
 /// The series at t.
-pub(super) fn evaluate(coefficients: &Series, t: f64) -> f64 {
+pub(crate) fn evaluate(coefficients: &Series, t: f64) -> f64 {
     dot(coefficients, &polynomials(t))
 }
 
 /// The integral of the series from −1 to t.
-pub(super) fn evaluate_integral(coefficients: &Series, t: f64) -> f64 {
+pub(crate) fn evaluate_integral(coefficients: &Series, t: f64) -> f64 {
     dot(coefficients, &integrals(t))
 }
 

@@ -1,0 +1,64 @@
+//! What a functional is a function of, and what it returns.
+
+use super::RADIUS;
+use std::f64::consts::PI;
+
+/// The density around a height, averaged in four ways over spheres of radius R = ½ whose surface or volume passes there.
+///
+/// With one kind of spheres the others follow: n₀ = n₂/π, n₁ = n₂/(2π) and **n**₁ = **n**₂/(2π).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct WeightedDensities {
+    /// n₃ = π∫(R² − s²) n(x + s) ds over |s| < R: the local packing fraction.
+    pub packing: f64,
+    /// n₂ = π∫n(x + s) ds: the area of surfaces.
+    pub surface: f64,
+    /// n₂ₓ = −2π∫s n(x + s) ds: the vertical component of the vector of surfaces.
+    pub vector: f64,
+    /// Tₓₓ = 4π∫s² n(x + s) ds: the vertical component of the tensor of surfaces; the other two share n₂ − Tₓₓ.
+    pub tensor: f64,
+}
+
+impl WeightedDensities {
+    /// Those of a uniform fluid.
+    #[must_use]
+    pub fn uniform(number_density: f64) -> Self {
+        let surface = PI * number_density;
+        Self { packing: surface / 6.0, surface, vector: 0.0, tensor: surface / 3.0 }
+    }
+
+    /// From ∫n ds, ∫s n ds and ∫s² n ds over |s| < R.
+    pub(super) fn from_moments([zeroth, first, second]: [f64; 3]) -> Self {
+        Self {
+            packing: PI * (RADIUS * RADIUS * zeroth - second),
+            surface: PI * zeroth,
+            vector: -2.0 * PI * first,
+            tensor: 4.0 * PI * second,
+        }
+    }
+}
+
+/// Excess free energy per volume over temperature, Φ, and its derivatives.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct FreeEnergy {
+    /// Φ, in inverse cubic diameters.
+    pub density: f64,
+    /// ∂Φ/∂n₃.
+    pub by_packing: f64,
+    /// ∂Φ/∂n₂, with what n₀ and n₁ contribute.
+    pub by_surface: f64,
+    /// ∂Φ/∂n₂ₓ, with what **n**₁ contributes.
+    pub by_vector: f64,
+    /// ∂Φ/∂Tₓₓ.
+    pub by_tensor: f64,
+}
+
+impl FreeEnergy {
+    /// The three functions whose moments ∫A₀ ds + ∫s A₁ ds + ∫s² A₂ ds over |s| < R are the derivative of ∫Φ dx by n.
+    pub(super) fn for_moments(&self) -> [f64; 3] {
+        [
+            PI * (RADIUS * RADIUS * self.by_packing + self.by_surface),
+            2.0 * PI * self.by_vector,
+            PI * (4.0 * self.by_tensor - self.by_packing),
+        ]
+    }
+}

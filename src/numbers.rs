@@ -1,0 +1,43 @@
+//! What numbers must be, and how messages show them.
+
+use crate::Error;
+
+impl Error {
+    /// Fails with [`Error::InvalidParameter`] unless `value` is finite and positive.
+    pub(crate) fn require_positive(name: &'static str, value: f64) -> Result<f64, Self> {
+        if value.is_finite() && value > 0.0 {
+            Ok(value)
+        } else {
+            Err(Self::InvalidParameter { name, value, requirement: "it must be positive and finite" })
+        }
+    }
+
+    /// Fails with [`Error::InvalidParameter`] unless `value` lies between 0 and 1, both excluded.
+    pub(crate) fn require_tolerance(name: &'static str, value: f64) -> Result<f64, Self> {
+        if value > 0.0 && value < 1.0 {
+            Ok(value)
+        } else {
+            let requirement = "it must lie between 0 and 1, both excluded";
+            Err(Self::InvalidParameter { name, value, requirement })
+        }
+    }
+
+    /// Fails with [`Error::InvalidParameter`] unless `value` is finite.
+    pub(crate) fn require_finite(name: &'static str, value: f64) -> Result<f64, Self> {
+        if value.is_finite() {
+            Ok(value)
+        } else {
+            Err(Self::InvalidParameter { name, value, requirement: "it must be finite" })
+        }
+    }
+}
+
+/// A number as a message shows it: in full, or with a power of ten where that would run to many zeros.
+pub(crate) fn figures(value: f64) -> String {
+    let magnitude = value.abs();
+    if value == 0.0 || !value.is_finite() || (1e-5..1e16).contains(&magnitude) {
+        value.to_string()
+    } else {
+        format!("{value:e}")
+    }
+}

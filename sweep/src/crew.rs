@@ -15,7 +15,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 
 /// Time between two looks for messages. To wait inside MPI would keep a core busy.
-const PAUSE: Duration = Duration::from_millis(5);
+const PAUSE: Duration = Duration::from_millis(20);
 /// Time between two signs of life.
 const BEAT: Duration = Duration::from_secs(1);
 

@@ -95,7 +95,7 @@ fn a_sweep_that_is_stopped_again_and_again_goes_on_to_the_same_bits() {
     loop {
         let looks = AtomicUsize::new(0);
         // After some 100 milliseconds.
-        let signaled = || looks.fetch_add(1, Ordering::SeqCst) > 20;
+        let signaled = || looks.fetch_add(1, Ordering::SeqCst) > 5;
         let ended = sweep(TABLE, &in_pieces, [2, 1], &signaled);
         if ended.states.iter().all(|state| !matches!(state, State::Stopped)) && stops > 0 {
             let finished = tables(&in_pieces)[1].matches(",finished,").count();

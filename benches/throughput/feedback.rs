@@ -11,9 +11,7 @@ use paper::Failure;
 use paper::clock::process_cpu_seconds as cpu_seconds;
 use paper::table::Table;
 
-const TURNS: usize = 21;
-
-pub(crate) fn run() -> Result<(), Failure> {
+pub(crate) fn run(turns: usize) -> Result<(), Failure> {
     let mut table = Table::new(["spheres, moves", "adapting / frozen", "recording / frozen"]);
     for (particles, width) in [(1000, 5.0), (25_000, 25.0)] {
         let slab = Slab::new(400.0, width, width)?;
@@ -34,7 +32,7 @@ pub(crate) fn run() -> Result<(), Failure> {
             frozen.equilibrate(600, &mut ())?;
             let sweeps = 2_000_000 / particles as u64;
             let mut ratios = [Vec::new(), Vec::new()];
-            for _ in 0..TURNS {
+            for _ in 0..turns {
                 let start = cpu_seconds();
                 adapting.equilibrate(sweeps, &mut ())?;
                 let first = cpu_seconds();
@@ -49,6 +47,6 @@ pub(crate) fn run() -> Result<(), Failure> {
             table.row(&format!("{particles}, {name}"), cells);
         }
     }
-    println!("\nwhat the feedback costs: T = 20 exp(-0.02 x), medians of {TURNS} turns, CPU time\n{table}");
+    println!("\nwhat the feedback costs: T = 20 exp(-0.02 x), medians of {turns} turns, CPU time\n{table}");
     Ok(())
 }

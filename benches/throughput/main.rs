@@ -103,6 +103,9 @@ struct Arguments {
     /// Only the parts whose names contain this: peers, packing, feedback, sizes, threads
     #[arg(default_value = "")]
     part: String,
+    /// Turns of the part feedback, of which medians are taken
+    #[arg(long, default_value_t = 21)]
+    turns: usize,
     /// Instead, so many sweeps of one hot loop and nothing else, for a program that counts instructions
     #[arg(long)]
     count: Option<u64>,
@@ -164,7 +167,7 @@ fn main() -> Result<(), Failure> {
         packing::run()?;
     }
     if wanted("feedback") {
-        feedback::run()?;
+        feedback::run(arguments.turns)?;
     }
     if wanted("threads") {
         threads::run()?;

@@ -99,7 +99,7 @@ fn verdicts_and_profiles_of_runs() {
                 PressureProfile::new(slab, bins()).unwrap(),
                 EquationOfStateProfile::new(slab, bins()).unwrap(),
             );
-            simulation.run(40_000, &mut profiles).unwrap();
+            simulation.run(60_000, &mut profiles).unwrap();
             let certificate = simulation.certificate(0.04).unwrap();
             assert!(certificate.is_converged(), "{certificate}");
             let density = profiles.0.points().unwrap().into_iter().map(|point| point.number_density);

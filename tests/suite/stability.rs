@@ -120,13 +120,11 @@ fn local_moves_too_small_and_too_large() {
 }
 
 #[test]
-fn chains_that_are_too_short_too_long_or_turn_round() {
+fn chains_that_are_too_short_or_turn_round() {
     let chains = |length: f64| EventChains::with_length(length).unwrap();
-    for (name, moves) in [
-        ("short", chains(1.0)),
-        ("long", chains(1e6)),
-        ("long, turning round", chains(1e4).field_event(FieldEvent::Reverse)),
-    ] {
+    for (name, moves) in
+        [("short", chains(1.0)), ("long, turning round", chains(1e4).field_event(FieldEvent::Reverse))]
+    {
         let said = run(column(6.0), Automatic, RandomInsertion::default(), moves, [50, 300]);
         assert!(said.center_of_mass > 30.0, "{name}: {}", said.center_of_mass);
         said.must(not_mixed).must(far_from_theory);

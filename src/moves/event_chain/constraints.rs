@@ -51,7 +51,7 @@ struct Block {
 impl Block {
     const ENTRIES: usize = 8;
     /// The same.
-    const COUNT: u32 = 8;
+    const FULL: u32 = 8;
     /// Out of reach.
     const NOWHERE: f32 = 1e9;
     const EMPTY: Self = Self { across: [[Self::NOWHERE; Self::ENTRIES]; 2], spheres: [0; Self::ENTRIES] };
@@ -81,7 +81,7 @@ impl Lists {
         for (column, around) in around.iter().enumerate() {
             let entries: u32 = around.iter().map(|(other, _)| ranges[other][1]).sum();
             ranges[column][0] = begin;
-            begin += (times * entries).div_ceil(Block::COUNT);
+            begin += (times * entries).div_ceil(Block::FULL);
         }
         for [_, entries] in ranges.iter_mut() {
             *entries = 0;
@@ -152,7 +152,7 @@ impl Constraints {
         for candidate in candidates {
             let relative = columns.relative(candidate.column, candidate.across);
             let [begin, entries] = self.lists.ranges[candidate.column as usize];
-            let end = begin + entries.div_ceil(Block::COUNT);
+            let end = begin + entries.div_ceil(Block::FULL);
             let frozen = candidate.sphere as usize >= mobile;
             let mut hidden = Mask::default();
             'nearest_first: for block in self.lists.blocks[begin as usize..end as usize].iter().rev() {

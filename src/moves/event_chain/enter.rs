@@ -26,7 +26,8 @@ impl Entrance {
     pub(super) fn enter(&mut self, axis: usize, grid: &Grid, layers: &mut [Layer], outcomes: &[Outcome]) {
         let Self { departures, arrivals, ends } = self;
         departures.resize_with(layers.len(), Vec::new);
-        each(layers, departures, |number, layer, departures| {
+        let many = outcomes.len() > 1;
+        each(many, layers, departures, |number, layer, departures| {
             departures.clear();
             // No more can leave it.
             departures.reserve(layer.spheres.len());
@@ -62,7 +63,7 @@ impl Entrance {
             arrivals[*end as usize] = arrival;
             *end += 1;
         }
-        each(layers, departures, |number, layer, _| {
+        each(many, layers, departures, |number, layer, _| {
             let begin = number.checked_sub(1).map_or(0, |before| ends[before]);
             for arrival in &arrivals[begin as usize..ends[number] as usize] {
                 layer.insert(grid, &arrival.site, arrival.number);
@@ -73,14 +74,24 @@ impl Entrance {
 
 /// Calls `change` for each layer.
 #[cfg(not(feature = "rayon"))]
-fn each<T>(layers: &mut [Layer], lists: &mut [T], change: impl Fn(usize, &mut Layer, &mut T)) {
+fn each<T>(_: bool, layers: &mut [Layer], lists: &mut [T], change: impl Fn(usize, &mut Layer, &mut T)) {
     layers.iter_mut().zip(lists).enumerate().for_each(|(number, (layer, list))| change(number, layer, list));
 }
 
-/// Calls `change` for each layer, for several at the same time.
+/// Calls `change` for each layer, if there are `many` spheres for several at the same time.
 #[cfg(feature = "rayon")]
-fn each<T: Send>(layers: &mut [Layer], lists: &mut [T], change: impl Fn(usize, &mut Layer, &mut T) + Sync) {
+fn each<T: Send>(
+    many: bool,
+    layers: &mut [Layer],
+    lists: &mut [T],
+    change: impl Fn(usize, &mut Layer, &mut T) + Sync,
+) {
     use rayon::iter::{IndexedParallelIterator, IntoParallelRefMutIterator, ParallelIterator};
-    let all = layers.par_iter_mut().zip(lists).enumerate();
-    all.for_each(|(number, (layer, list))| change(number, layer, list));
+    if many {
+        let all = layers.par_iter_mut().zip(lists).enumerate();
+        all.for_each(|(number, (layer, list))| change(number, layer, list));
+    } else {
+        let all = layers.iter_mut().zip(lists).enumerate();
+        all.for_each(|(number, (layer, list))| change(number, layer, list));
+    }
 }

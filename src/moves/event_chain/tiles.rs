@@ -90,6 +90,9 @@ impl Tiles {
         lengths: [f64; 3],
         length: &ChainLength,
     ) -> Result<Sums, Error> {
+        /// Path of a visit for lateral chains over that for vertical ones: they go on for less, and more often, since they renew
+        /// what vertical ones find as it is.
+        const LATERAL: f64 = 0.25;
         let mut sums = Sums::default();
         let (slab, spheres) = (*sweep.configuration.slab(), sweep.configuration.len() as f64);
         let turns = [0, 1, 2].map(|axis| {
@@ -97,7 +100,8 @@ impl Tiles {
             let (tiles, mobile) = (cut.tiles(), cut.mobile());
             // At least one chain, where a tile has as many spheres as others.
             let least = lengths[axis] / (spheres * mobile / tiles as f64).max(1.0);
-            let path = length.path_per_visit.max(least);
+            let wanted = length.path_per_visit * if axis == 0 { 1.0 } else { LATERAL };
+            let path = wanted.max(least);
             // Paths, and with them numbers of visits, depend on sizes only.
             let visits = tiles.min(self.sizes.together);
             Turn {
@@ -206,6 +210,9 @@ fn each(numbers: &[u32], outcomes: &mut [Outcome], visit: impl Fn(u32, &mut Outc
 #[cfg(feature = "rayon")]
 fn each(numbers: &[u32], outcomes: &mut [Outcome], visit: impl Fn(u32, &mut Outcome) + Sync) {
     use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};
+    if let (&[number], [outcome, ..]) = (numbers, &mut *outcomes) {
+        return visit(number, outcome);
+    }
     numbers.par_iter().zip(outcomes).with_max_len(1).for_each(|(&number, outcome)| visit(number, outcome));
 }
 

@@ -1,24 +1,34 @@
-//! A column that falls, as a trajectory for OVITO: `cargo run --release --example trajectory`.
+//! A column that falls, as trajectories for OVITO and others: `cargo run --release --example trajectory`.
 //!
-//! Writes `out/trajectory/column.xyz`, or the file that is named as an argument.
+//! Writes `column.xyz` and `column.gsd` to `out/trajectory`, or to the folder that is named as an argument, and starts again
+//! from the last frame.
 
 use gradient_mc::field::UniformField;
-use gradient_mc::observers::ExtendedXyz;
-use gradient_mc::start::RandomInsertion;
+use gradient_mc::observers::{ExtendedXyz, Gsd};
+use gradient_mc::start::{RandomInsertion, TrajectoryFrame};
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Every, Scene, Simulation, Slab};
 use std::error::Error;
 use std::fs::{self, File};
+use std::path::PathBuf;
 
 fn main() -> Result<(), Box<dyn Error>> {
     let slab = Slab::new(80.0, 8.0, 7.5)?;
     let scene = Scene::with_column_density(slab, 8.0, UniformField::default(), Isothermal::new(2.0)?)?;
 
-    fs::create_dir_all("out/trajectory")?;
-    let path = std::env::args().nth(1).unwrap_or_else(|| "out/trajectory/column.xyz".to_owned());
-    let mut trajectory = Every::new(10, ExtendedXyz::new(File::create(&path)?));
+    let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "out/trajectory".to_owned()));
+    fs::create_dir_all(&folder)?;
+    let (text, binary) = (folder.join("column.xyz"), folder.join("column.gsd"));
+    // Of an earlier run.
+    fs::remove_file(&binary).ok();
+    let mut trajectory = Every::new(10, (ExtendedXyz::new(File::create(&text)?), Gsd::open(&binary)?));
     let mut simulation = Simulation::builder(scene).start(RandomInsertion::default()).seed(1).build()?;
     simulation.run(500, &mut trajectory)?;
-    println!("50 frames in {path}");
+    println!("50 frames in {} and {}", text.display(), binary.display());
+
+    // Another run from there; both formats are exact.
+    let start = TrajectoryFrame::last(&binary)?;
+    let again = Simulation::builder(scene).start(start).seed(2).build()?;
+    assert_eq!(again.positions(), simulation.positions());
     Ok(())
 }

@@ -186,10 +186,7 @@ pub enum Error {
         field_events: u32,
     },
     /// A profile of bins was asked for that has no bins, or too many to be sensible.
-    #[error(
-        "{bins} bins over {extent} diameters is not usable: take between 1 and {maximum}",
-        extent = figures(*extent)
-    )]
+    #[error("{bins} bins over {extent} diameters is not usable: take between 1 and {maximum}", extent = figures(*extent))]
     #[non_exhaustive]
     InvalidBins {
         /// Number of bins that was asked for.
@@ -391,6 +388,9 @@ pub enum Error {
         /// Its value in the frame that was refused.
         shown: f64,
     },
+    /// A frame of a trajectory cannot be started from.
+    #[error(transparent)]
+    Trajectory(#[from] crate::start::TrajectoryError),
     /// A start, a scheme or an adaptation of a user's own failed with an error of its own.
     #[error(transparent)]
     Custom(Box<dyn std::error::Error + Send + Sync>),

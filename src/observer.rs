@@ -40,6 +40,49 @@ pub struct Collision {
     pub separation: f64,
 }
 
+/// A straight piece of an event chain, with the collision that ends it, if one does: [`AcceptedMove`] and [`Collision`] in
+/// fewer numbers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[non_exhaustive]
+pub struct ChainPiece {
+    /// Height of the sphere before.
+    pub from_height: f64,
+    /// Displacement along the axis of the chain, before periodic wrapping.
+    pub displacement: f64,
+    /// Height of the sphere that is touched; NaN if none is.
+    pub to_height: f64,
+    /// As in [`Collision`]; 0 if no sphere is touched.
+    pub separation: f64,
+}
+
+impl ChainPiece {
+    /// A piece that no collision ends.
+    pub(crate) fn free(from_height: f64, displacement: f64) -> Self {
+        Self { from_height, displacement, to_height: f64::NAN, separation: 0.0 }
+    }
+
+    /// Notes the collision at its end.
+    pub(crate) fn collide(&mut self, to_height: f64, separation: f64) {
+        (self.to_height, self.separation) = (to_height, separation);
+    }
+
+    /// The piece, of a chain along `axis`, as a move.
+    #[must_use]
+    pub fn as_move(&self, axis: usize) -> AcceptedMove {
+        let mut displacement = Vector3::zeros();
+        displacement[axis] = self.displacement;
+        AcceptedMove { from_height: self.from_height, displacement, chain_axis: Some(axis) }
+    }
+
+    /// The collision that ends the piece, of a chain along `axis`.
+    #[must_use]
+    pub fn collision(&self, axis: usize) -> Option<Collision> {
+        let from_height = if axis == 0 { self.from_height + self.displacement } else { self.from_height };
+        let &Self { to_height, separation, .. } = self;
+        (!to_height.is_nan()).then_some(Collision { axis, from_height, to_height, separation })
+    }
+}
+
 /// Hears of every single move while a sweep is under way; see [`Observer::recorder`].
 pub trait Recorder {
     /// A sphere was displaced.
@@ -47,6 +90,17 @@ pub trait Recorder {
 
     /// An event chain went over from one sphere to another that it touched.
     fn record_collision(&mut self, _collision: &Collision) {}
+
+    /// Event chains along `axis` went these ways, one piece after the other. Tells of each as a move and a collision; one that can do
+    /// better with all at once saves time.
+    fn record_pieces(&mut self, axis: usize, pieces: &[ChainPiece]) {
+        for piece in pieces {
+            self.record_move(&piece.as_move(axis));
+            if let Some(collision) = piece.collision(axis) {
+                self.record_collision(&collision);
+            }
+        }
+    }
 
     /// An event chain along `axis` (0 is vertical) is over after a path of `length` diameters.
     fn record_chain(&mut self, _axis: usize, _length: f64) {}
@@ -150,6 +204,11 @@ macro_rules! observe_tuple {
             fn record_collision(&mut self, collision: &Collision) {
                 $(if let Some(recorder) = self.$index.recorder() {
                     recorder.record_collision(collision);
+                })+
+            }
+            fn record_pieces(&mut self, axis: usize, pieces: &[ChainPiece]) {
+                $(if let Some(recorder) = self.$index.recorder() {
+                    recorder.record_pieces(axis, pieces);
                 })+
             }
             fn record_chain(&mut self, axis: usize, length: f64) {

@@ -113,7 +113,8 @@ impl<'a> Replicas<'a> {
         if self.threads > 0 { self.threads } else { thread::available_parallelism().map_or(1, NonZero::get) }
     }
 
-    /// One of them, by its number from 0: what a task of a job array runs by itself.
+    /// One of them, by its number from 0, as [`run_each`](Self::run_each) counts them, through all parameters: what a task of
+    /// a job array runs by itself.
     ///
     /// ```
     /// use gradient_mc::Replicas;
@@ -123,8 +124,10 @@ impl<'a> Replicas<'a> {
     /// # Ok::<(), gradient_mc::Error>(())
     /// ```
     #[must_use]
-    pub fn replica(&self, index: usize) -> Replica {
-        Replica { index, seed: seed_of(self.seed, 0, index) }
+    pub fn replica(&self, number: usize) -> Replica {
+        let count = self.count.max(1);
+        let index = number % count;
+        Replica { index, seed: seed_of(self.seed, number / count, index) }
     }
 
     /// Does `work` for every replica.
@@ -173,10 +176,6 @@ impl<'a> Replicas<'a> {
         parameters: &[P],
         work: impl Fn(&P, Replica) -> Result<R, ObserverError> + Sync,
     ) -> Result<Vec<Outcome<R>>, Error> {
-        let replica = |number: usize| {
-            let index = number % self.count;
-            Replica { index, seed: seed_of(self.seed, number / self.count, index) }
-        };
         let (next, finished) = (AtomicUsize::new(0), AtomicUsize::new(0));
         let stop = AtomicBool::new(false);
         let total = parameters.len() * self.count;
@@ -188,7 +187,7 @@ impl<'a> Replicas<'a> {
                     break;
                 }
                 let guard = StopOnPanic(&stop);
-                let result = work(&parameters[number / self.count], replica(number));
+                let result = work(&parameters[number / self.count], self.replica(number));
                 let finished = finished.fetch_add(1, Ordering::SeqCst) + 1;
                 let goes_on = self.after_each.is_none_or(|observe| observe(finished).is_continue());
                 if result.is_err() || !goes_on {
@@ -215,7 +214,7 @@ impl<'a> Replicas<'a> {
         // Replicas are begun in their order, so those before the first that fails have all been finished: which one it
         // is does not depend on the number of threads.
         for (number, result) in results {
-            let seed = replica(number).seed;
+            let seed = self.replica(number).seed;
             let result = result.map_err(|source| Error::Replica { replica: number, seed, source })?;
             outcomes[number / self.count].replicas.push(result);
         }

@@ -1,7 +1,7 @@
 //! An isothermal scene carries nothing of the feedback that other temperatures need: no table, no
 //! allocation in a sweep, and φ/T to the bit. That it costs no time either is shown by
 //! `cargo bench --bench throughput`, which compares it with a drive specialized by hand. And a slab
-//! that is nearly empty takes memory for its spheres only.
+//! that is nearly empty takes memory for its spheres only, and a trajectory for what it holds.
 
 #![allow(clippy::unwrap_used)]
 
@@ -9,10 +9,11 @@ use allocation_counter::measure;
 use gradient_mc::drive::{Automatic, Drive, Scheme, SelfConsistent};
 use gradient_mc::field::{ExponentialField, UniformField};
 use gradient_mc::moves::{LocalMoves, Moves};
-use gradient_mc::start::{ClosePacked, Positions, Start, Theory};
+use gradient_mc::start::{ClosePacked, Positions, Start, Theory, TrajectoryFrame};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{Field, Generator, Scene, Simulation, Slab, TemperatureProfile};
 use rand::SeedableRng;
+use std::io::Cursor;
 
 fn scene<T: TemperatureProfile>(temperature: T) -> Scene<UniformField, T> {
     let slab = Slab::new(60.0, 5.0, 5.0).unwrap();
@@ -136,6 +137,31 @@ fn few_spheres_in_a_wide_slab_take_little_memory() {
         ];
         for counted in counted {
             assert!(counted.bytes_max < 4_000_000, "{} bytes for {spheres} spheres", counted.bytes_max);
+        }
+    }
+}
+
+/// Whatever a file claims to hold.
+#[test]
+fn a_small_file_that_claims_to_be_large_takes_little_memory() {
+    const FEW: u64 = 110_000;
+    let refused = |bytes: &[u8]| {
+        let read = measure(|| assert!(TrajectoryFrame::read(Cursor::new(bytes), None).is_err()));
+        assert!(read.bytes_max < FEW, "{} bytes", read.bytes_max);
+    };
+    refused(b"4000000000\nLattice=\"6 0 0 0 3 0 0 0 3\"\nX 1 1 1\n");
+    refused(&vec![b'1'; 10 << 20]);
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/corpus/frame/compact.gsd");
+    let bytes = std::fs::read(path).unwrap();
+    let whole = measure(|| assert!(TrajectoryFrame::read(Cursor::new(&bytes), None).is_ok()));
+    assert!(whole.bytes_max < FEW, "{} bytes", whole.bytes_max);
+    // Entries of the index, pieces of the list of names, and rows of the first frame's chunks.
+    for place in [16, 32].into_iter().chain((0..10).map(|entry| 256 + 32 * entry + 8)) {
+        for claimed in [1 << 24, u64::MAX / 32, u64::MAX] {
+            let mut changed = bytes.clone();
+            changed[place..place + 8].copy_from_slice(&claimed.to_le_bytes());
+            let read = measure(|| drop(TrajectoryFrame::read(Cursor::new(&changed), Some(0))));
+            assert!(read.bytes_max < FEW, "{} bytes", read.bytes_max);
         }
     }
 }

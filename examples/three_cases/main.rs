@@ -27,13 +27,11 @@ use case::Case;
 use gradient_mc::observers::MAXIMUM_BINS;
 use gradient_mc::{Error, Slab};
 use measurement::{Replica, Task};
-use paper::interrupt::Interrupt;
-use paper::output::{self, create_directory};
-use paper::progress::{Progress, in_words};
-use paper::{Ending, Failure, Session, replicas, study};
+use paper::progress::in_words;
+use paper::watch::explained;
+use paper::{Ending, Failure, Interrupted, Session, Watch, replicas, study};
 use protocol::{Arguments, Protocol};
 use report::Report;
-use std::io::ErrorKind;
 use std::path::Path;
 use std::process::ExitCode;
 use std::time::{Duration, Instant};
@@ -72,22 +70,13 @@ fn check(arguments: &Arguments) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What a run that is stopped leaves in its directory, to go on from.
-const UNFINISHED: &str = "unfinished";
-
 fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     check(arguments)?;
     let protocol = Protocol::new(arguments, session)?;
-    let (directory, interrupt) = (&session.directory, &session.interrupt);
-    let unfinished = &directory.join(UNFINISHED);
-    if arguments.fresh {
-        remove(unfinished)?;
-    }
-    let goes_on = unfinished.is_dir();
+    let goes_on = session.unfinished.goes_on();
     println!("{protocol}{}", if goes_on { "; goes on where it was stopped" } else { "" });
-    keep_options(&protocol, unfinished)?;
     if arguments.paper && !goes_on {
-        announce_duration(&protocol, session.threads, interrupt, unfinished)?;
+        announce_duration(&protocol, session)?;
     }
 
     let started = Instant::now();
@@ -95,95 +84,55 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
         .into_iter()
         .flat_map(|case| (0..protocol.replicas).map(move |replica| (case, replica)))
         .collect();
-    let progress = &Progress::new(tasks.len() as u64 * protocol.sweeps_per_replica(), "three cases");
-    let measured = replicas::in_parallel(session.threads, tasks, |(case, replica)| {
-        let checkpoint = &unfinished.join(format!("{}_{replica}", case.name()));
-        let (protocol, seed) = (&protocol, protocol.seed(case, replica));
-        // An error in one case must not cost the others.
-        let outcome = case.simulate(Task { protocol, seed, checkpoint, interrupt, progress });
-        Ok(outcome.map_err(|failure| explained(&failure, case, replica)))
+    let size = |_: &(Case, u64)| protocol.sweeps_per_replica();
+    let measured = session.try_all("three cases", tasks, size, |(case, replica), watch| {
+        case.simulate(Task { protocol: &protocol, seed: protocol.seed(case, replica), watch })
     })?;
-    progress.finish();
     let elapsed = started.elapsed();
 
+    let interrupted = session.interrupt.pressed();
     let mut measured = measured.into_iter();
-    let mut reports = Vec::new();
-    let mut failures = Vec::new();
+    let (mut reports, mut failures) = (Vec::new(), Vec::new());
     for case in Case::ALL {
-        let replicas = measured.by_ref().take(usize::try_from(protocol.replicas)?);
-        let replicas = match replicas.collect::<Vec<_>>().into_iter().collect::<Result<Vec<_>, _>>() {
-            Ok(replicas) => replicas,
-            Err(failure) => {
-                failures.push(failure);
-                continue;
+        let outcomes = measured.by_ref().take(usize::try_from(protocol.replicas)?);
+        match replicas_of(outcomes.collect()) {
+            Ok(replicas) if replicas.is_empty() => {
+                println!("{}: interrupted before anything was measured", case.head());
             }
-        };
-        // An interrupt may come before anything was measured, or before it is enough for an error bar; that
-        // must not cost the cases that are complete.
-        let any = replicas.iter().any(|replica| replica.measured > 0);
-        let outcome = if any {
-            write_case(case, &replicas, &protocol, directory)
-        } else {
-            Err("nothing was measured".into())
-        };
-        match outcome {
-            Ok(report) => reports.push(report),
-            Err(failure) if interrupt.pressed() && (!any || is_too_short(&failure)) => {
-                println!("{}: interrupted before enough was measured for a table", case.head());
-            }
-            Err(failure) => failures.push(format!("{}: {failure}", case.head())),
+            Ok(replicas) => match write_case(case, &replicas, &protocol, &session.directory) {
+                Ok(report) => reports.push(report),
+                // That must not cost the cases that are complete.
+                Err(failure) if interrupted && is_too_short(&failure) => {
+                    println!("{}: interrupted before enough was measured for a table", case.head());
+                }
+                Err(failure) => failures.push(format!("{}: {}", case.head(), explained(&*failure))),
+            },
+            Err(failure) => failures.push(format!("{}, {failure}", case.head())),
         }
     }
     if !reports.is_empty() {
         println!("\n{}", summary::table(&reports));
         println!("{}", summary::remarks(&protocol, &reports, session.threads, elapsed));
-        println!("written to {}", directory.display());
+        println!("written to {}", session.directory.display());
     }
     if !failures.is_empty() {
         return Err(failures.join("\n").into());
     }
-    if interrupt.pressed() {
-        println!("the same command goes on from {}", unfinished.display());
-        return Ok(Ending::Interrupted);
-    }
-    remove(unfinished)?;
-    Ok(Ending::Finished)
+    Ok(if interrupted { Ending::Interrupted } else { Ending::Finished })
 }
 
-/// Notes in the directory of what is unfinished what is simulated, or sees that it is the same as was.
-fn keep_options(protocol: &Protocol, unfinished: &Path) -> Result<(), Failure> {
-    create_directory(unfinished)?;
-    let (path, options) = (unfinished.join("options"), format!("{protocol:#?}\n"));
-    match std::fs::read_to_string(&path) {
-        Ok(text) if text == options => Ok(()),
-        Ok(_) => {
-            let path = path.display();
-            Err(format!("{path} is of a run with other options: take these, another --out, or --fresh")
-                .into())
+/// The replicas of a case that have measured something, unless one has failed.
+fn replicas_of(outcomes: Vec<Result<Replica, Failure>>) -> Result<Vec<Replica>, Failure> {
+    let mut replicas = Vec::new();
+    for (number, outcome) in outcomes.into_iter().enumerate() {
+        match outcome {
+            Ok(replica) if replica.measured > 0 => replicas.push(replica),
+            Ok(_) => {}
+            Err(failure) if failure.is::<Interrupted>() => {}
+            Err(failure) => return Err(format!("replica {number}: {}", explained(&*failure)).into()),
         }
-        Err(_) => output::write(&path, options),
     }
-}
-
-/// What went wrong in a replica, with its causes.
-fn explained(failure: &Failure, case: Case, replica: u64) -> String {
-    let mut text = format!("{}, replica {replica}: {failure}", case.head());
-    let mut cause = failure.source();
-    while let Some(error) = cause {
-        text.push_str(&format!(", because: {error}"));
-        cause = error.source();
-    }
-    text
-}
-
-/// Removes a directory, if it is there.
-fn remove(directory: &Path) -> Result<(), Failure> {
-    match std::fs::remove_dir_all(directory) {
-        Err(error) if error.kind() != ErrorKind::NotFound => {
-            Err(format!("cannot remove {}: {error}", directory.display()).into())
-        }
-        _ => Ok(()),
-    }
+    Ok(replicas)
 }
 
 /// Whether all that is wrong is that too little was measured.
@@ -206,26 +155,16 @@ fn write_case(
 }
 
 /// Says how long the protocol takes on this machine, from a few sweeps of each case.
-fn announce_duration(
-    protocol: &Protocol,
-    threads: usize,
-    interrupt: &Interrupt,
-    directory: &Path,
-) -> Result<(), Failure> {
+fn announce_duration(protocol: &Protocol, session: &Session) -> Result<(), Failure> {
     let trial = &protocol.trial();
-    let checkpoint = &directory.join("trial");
-    let progress = &Progress::hidden();
-    let speeds = Case::ALL
-        .into_iter()
-        .map(|case| {
-            let task = Task { protocol: trial, seed: 0, checkpoint, interrupt, progress };
-            let replica = case.simulate(task)?;
-            for path in [checkpoint.clone(), checkpoint.with_extension("previous")] {
-                std::fs::remove_file(path).ok();
-            }
-            Ok(replica.busy.as_secs_f64() / trial.sweeps_per_replica() as f64)
-        })
-        .collect::<Result<Vec<f64>, Failure>>()?;
+    let size = |_: &Case| trial.sweeps_per_replica();
+    let simulate = |case: Case, watch: &Watch<'_>| {
+        let replica = case.simulate(Task { protocol: trial, seed: 0, watch })?;
+        Ok(replica.busy.as_secs_f64() / trial.sweeps_per_replica() as f64)
+    };
+    let alone = session.on_threads(1);
+    let speeds = alone.run_all("estimate", Case::ALL.to_vec(), |case| case.head(), size, simulate)?;
+    let threads = session.threads;
     let sweeps = protocol.sweeps_per_replica() as f64;
     let mut free_at = vec![0.0; replicas::thread_count(threads)];
     for seconds in speeds.iter().flat_map(|seconds| (0..protocol.replicas).map(move |_| seconds * sweeps)) {

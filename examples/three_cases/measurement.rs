@@ -1,25 +1,19 @@
 //! One replica: equilibrate, then measure in consecutive intervals. It goes on where an earlier process was stopped.
 
 use super::protocol::{Protocol, StartChoice};
-use gradient_mc::checkpoint::{Archive, Persist, Run};
+use gradient_mc::checkpoint::{Archive, Persist};
 use gradient_mc::drive::{ForceBalance, Scheme};
 use gradient_mc::observers::{Bins, CenterOfMass, EquationOfStateFit, EquationOfStateProfile};
 use gradient_mc::start::{ClosePacked, RandomInsertion, Start, Theory};
 use gradient_mc::{
     Error, Every, Field, Frame, Observer, ObserverError, Scene, Simulation, TemperatureProfile, Warning,
 };
-use paper::Failure;
-use paper::clock::cpu_seconds;
-use paper::interrupt::Interrupt;
-use paper::progress::Progress;
-use std::path::Path;
+use paper::{Failure, Interrupted, Watch};
 use std::time::Duration;
 
 /// Sweeps between two looks at the configuration: counting spheres costs less than moving them, but
 /// not nothing, and neighboring sweeps look alike.
 const OBSERVATION_INTERVAL: u64 = 5;
-/// Time that a process that is killed loses at most.
-const BETWEEN_CHECKPOINTS: Duration = Duration::from_secs(60);
 
 /// What one replica measured.
 pub(crate) struct Replica {
@@ -32,7 +26,7 @@ pub(crate) struct Replica {
     pub(crate) force_balance: Option<ForceBalance>,
     /// What the run says against itself.
     pub(crate) warnings: Vec<Warning>,
-    /// Processor time of the whole replica; of what an earlier process did, at the speed of this one.
+    /// Processor time of the whole replica, that of earlier processes included.
     pub(crate) busy: Duration,
     /// Sweeps measured.
     pub(crate) measured: u64,
@@ -43,10 +37,7 @@ pub(crate) struct Replica {
 pub(crate) struct Task<'a> {
     pub(crate) protocol: &'a Protocol,
     pub(crate) seed: u64,
-    /// What it goes on from, and leaves when it is stopped.
-    pub(crate) checkpoint: &'a Path,
-    pub(crate) interrupt: &'a Interrupt,
-    pub(crate) progress: &'a Progress,
+    pub(crate) watch: &'a Watch<'a>,
 }
 
 /// A profile for every interval.
@@ -77,14 +68,14 @@ impl Persist for Intervals {
 }
 
 impl Task<'_> {
-    /// Simulates one replica of a scene.
+    /// Simulates one replica of a scene. One that is interrupted has measured what it has by then.
     pub(crate) fn simulate<F, T, S>(self, scene: Scene<F, T>, scheme: S) -> Result<Replica, Failure>
     where
         F: Field,
         T: TemperatureProfile,
         S: Scheme<F, T, Drive: Persist, Adaptation: Persist>,
     {
-        let Self { protocol, seed, checkpoint, interrupt, progress } = self;
+        let Self { protocol, seed, watch } = self;
         let slab = *scene.slab();
         let profile = || EquationOfStateProfile::new(&slab, Bins::count(protocol.bins()));
         let profiles = protocol.intervals.iter().map(|_| profile()).collect::<Result<_, _>>()?;
@@ -99,26 +90,16 @@ impl Task<'_> {
             StartChoice::ClosePacked => Box::new(ClosePacked),
         };
         let builder = Simulation::builder(scene).scheme(scheme).start(start);
-        let builder = builder.moves(protocol.moves()?).seed(seed);
-        let (began_at, mut reported, mut began) = (cpu_seconds(), 0, 0);
-        let (simulation, ended) = Run::new(checkpoint, protocol.equilibration, protocol.production())
-            .checkpoint_every(BETWEEN_CHECKPOINTS)
-            .stop_on(interrupt.flag())
-            .progress(|now| {
-                // Says so if it is.
-                interrupt.pressed();
-                if reported == 0 && now.began > 0 {
-                    progress.resume(now.began);
-                    reported = now.began;
-                }
-                began = now.began;
-                progress.advance(now.sweep - reported);
-                reported = now.sweep;
-            })
-            .of(builder, &mut observer)?;
+        let mut simulation = builder.moves(protocol.moves()?).seed(seed).build()?;
+        let outcome = watch.equilibrate(&mut simulation, protocol.equilibration, 1, &mut ());
+        let outcome =
+            outcome.and_then(|()| watch.run(&mut simulation, protocol.production(), 1, &mut observer));
+        if let Err(failure) = outcome
+            && !failure.is::<Interrupted>()
+        {
+            return Err(failure);
+        }
         let (profiles, center_of_mass, fit) = observer;
-        let now = ended.sweep - began;
-        let share = if now > 0 { ended.sweep as f64 / now as f64 } else { 0.0 };
         let begun = profiles.observer.profiles.into_iter().filter(|profile| profile.observations() > 0);
         Ok(Replica {
             profiles: begun.collect(),
@@ -126,8 +107,8 @@ impl Task<'_> {
             fit,
             force_balance: simulation.force_balance().cloned(),
             warnings: simulation.warnings(),
-            busy: Duration::from_secs_f64((cpu_seconds() - began_at) * share),
-            measured: ended.sweep.saturating_sub(protocol.equilibration),
+            busy: Duration::from_secs_f64(watch.cpu_seconds()),
+            measured: simulation.sweep().saturating_sub(protocol.equilibration),
         })
     }
 }

@@ -44,10 +44,6 @@ pub(crate) struct Arguments {
     #[arg(long)]
     pub(crate) bin_width: Option<f64>,
 
-    /// Starts anew where an earlier run was stopped
-    #[arg(long)]
-    pub(crate) fresh: bool,
-
     /// The full protocol of the paper: random insertion of 25 000 spheres, 500000 sweeps, then five intervals of 100000
     /// (hours). Options given beside it take precedence
     #[arg(long)]

@@ -8,6 +8,7 @@
 //! | you want | take |
 //! |---|---|
 //! | a long run in one call, that goes on where it was stopped | [`Run`] |
+//! | stages, each with observers of its own | [`Run::on`] |
 //! | to end it by a signal | `Signals`, with the feature `signals` |
 //! | the results of many processes in one | [`SimulationBuilder::pooled`](crate::SimulationBuilder::pooled) |
 //! | an observer, a drive or an adaptation of your own in it | [`Persist`] |

@@ -6,7 +6,7 @@ use crate::drive::Scheme;
 use crate::frame::Phase;
 use crate::{Error, Field, Observer, Simulation, SimulationBuilder, TemperatureProfile};
 use std::fmt;
-use std::fs;
+use std::fs::{self, File, TryLockError};
 use std::io;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -39,6 +39,7 @@ pub struct Run<'a, O> {
     path: PathBuf,
     equilibration: u64,
     production: u64,
+    observes_equilibration: bool,
     between_checkpoints: Duration,
     limit: Option<Duration>,
     stop: Option<&'a AtomicBool>,
@@ -141,12 +142,19 @@ impl<'a, O> Run<'a, O> {
             path: path.as_ref().into(),
             equilibration,
             production,
+            observes_equilibration: false,
             between_checkpoints: Duration::from_secs(600),
             limit: None,
             stop: None,
             reached: None,
             progress: None,
         }
+    }
+
+    /// The observer looks at the equilibration, too.
+    #[must_use]
+    pub fn observe_equilibration(self) -> Self {
+        Self { observes_equilibration: true, ..self }
     }
 
     /// Time between checkpoints; ten minutes by default. One more is written at the beginning and at the end.
@@ -189,10 +197,11 @@ impl<'a, O> Run<'a, O> {
     ///
     /// # Errors
     /// Those of building, resuming and running; [`Error::CheckpointFile`] if the first or the last checkpoint cannot be
-    /// written. One in between may fail: the run goes on, and [`Progress::unsaved`] tells. The last one that was written is
-    /// intact in any case.
+    /// written, or if another process has the run (its source is then an [`io::Error`] of the kind
+    /// [`WouldBlock`](io::ErrorKind::WouldBlock); `path.lock` is the file that is locked). A checkpoint in between may fail: the
+    /// run goes on, and [`Progress::unsaved`] tells. The last one that was written is intact in any case.
     pub fn of<F, T, S>(
-        mut self,
+        self,
         builder: SimulationBuilder<F, T, S>,
         observer: &mut O,
     ) -> Result<(Simulation<F, T, S>, Ended), Error>
@@ -202,24 +211,84 @@ impl<'a, O> Run<'a, O> {
         S: Scheme<F, T, Drive: Persist, Adaptation: Persist>,
         O: Observer + Persist,
     {
-        let start = Instant::now();
-        let mut simulation = match self.saved()? {
-            Some(snapshot) => builder.resume(&snapshot, observer)?,
+        let _lock = self.lock()?;
+        let saved = self.saved()?;
+        let mut simulation = match &saved {
+            Some(snapshot) => builder.resume(snapshot, observer)?,
             None => builder.build()?,
         };
-        let (began, sweeps) = (simulation.sweep(), self.equilibration.saturating_add(self.production));
-        self.require_equilibration(&simulation)?;
-        // At once, so that it is known at once if there is no room for it.
-        simulation.snapshot(observer)?.write(&self.path)?;
-        let (mut saved, mut saved_sweep, mut shown, mut unsaved) = (start, began, start, None);
+        let ended = self.advance(&mut simulation, 0, observer)?;
+        Ok((simulation, ended))
+    }
+
+    /// Does it with a simulation that other runs have brought to where it is: one stage of several, each with its own path. It
+    /// goes on with production, if it was there and nothing is to be equilibrated.
+    ///
+    /// A program that makes all its stages again, from the first, goes on in the one that was interrupted; those before are read.
+    ///
+    /// ```
+    /// use gradient_mc::checkpoint::Run;
+    /// use gradient_mc::observers::CenterOfMass;
+    /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+    /// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 36, UniformField::default(), Isothermal::new(5.0)?)?;
+    /// let folder = std::env::temp_dir().join(format!("gradient-mc-stages-{}", std::process::id()));
+    /// let mut simulation = Simulation::builder(scene).build()?;
+    /// let (mut falling, mut resting) = (CenterOfMass::new(), CenterOfMass::new());
+    /// Run::new(folder.join("1"), 200, 0).observe_equilibration().on(&mut simulation, &mut falling)?;
+    /// Run::new(folder.join("2"), 0, 300).on(&mut simulation, &mut resting)?;
+    /// assert_eq!((falling.heights().len(), resting.heights().len(), simulation.sweep()), (200, 300, 500));
+    /// # std::fs::remove_dir_all(folder).ok();
+    /// # Ok::<(), gradient_mc::Error>(())
+    /// ```
+    ///
+    /// # Errors
+    /// As [`of`](Self::of); if the checkpoint cannot be read, the simulation is of no use afterwards.
+    pub fn on<F, T, S>(self, simulation: &mut Simulation<F, T, S>, observer: &mut O) -> Result<Ended, Error>
+    where
+        F: Field,
+        T: TemperatureProfile,
+        S: Scheme<F, T, Drive: Persist, Adaptation: Persist>,
+        O: Observer + Persist,
+    {
+        let _lock = self.lock()?;
+        let first = simulation.sweep();
+        if let Some(snapshot) = self.saved()? {
+            simulation.restore(&snapshot, observer)?;
+        }
+        self.advance(simulation, first, observer)
+    }
+
+    /// From wherever the simulation is in the stage that begins after sweep `first`.
+    fn advance<F, T, S>(
+        mut self,
+        simulation: &mut Simulation<F, T, S>,
+        first: u64,
+        observer: &mut O,
+    ) -> Result<Ended, Error>
+    where
+        F: Field,
+        T: TemperatureProfile,
+        S: Scheme<F, T, Drive: Persist, Adaptation: Persist>,
+        O: Observer + Persist,
+    {
+        let start = Instant::now();
+        let equilibrated = first.saturating_add(self.equilibration);
+        let (began, sweeps) = (simulation.sweep(), equilibrated.saturating_add(self.production));
+        self.require_same_stage(simulation, [first, equilibrated])?;
+        let (mut saved, mut saved_sweep, mut shown, mut unsaved) = (start, None, start, None);
         let reason = loop {
             let sweep = simulation.sweep();
-            let measured = sweep.saturating_sub(self.equilibration);
+            let measured = sweep.saturating_sub(equilibrated);
             if is_due(measured) && self.reached.as_ref().is_some_and(|reached| reached(observer)) {
                 break Reason::TargetReached;
             }
             if sweep >= sweeps {
                 break Reason::Complete;
+            }
+            // At once, so that it is known at once if there is no room for it.
+            if saved_sweep.is_none() {
+                simulation.snapshot(observer)?.write(&self.path)?;
+                saved_sweep = Some(sweep);
             }
             if self.stop.is_some_and(|stop| stop.load(Ordering::SeqCst)) {
                 break Reason::Stopped;
@@ -230,66 +299,110 @@ impl<'a, O> Run<'a, O> {
             }
             if now - saved >= self.between_checkpoints {
                 unsaved = simulation.snapshot(observer)?.write(&self.path).err();
-                (saved, saved_sweep) = (Instant::now(), if unsaved.is_none() { sweep } else { saved_sweep });
+                (saved, saved_sweep) =
+                    (Instant::now(), if unsaved.is_none() { Some(sweep) } else { saved_sweep });
             }
             if now - shown >= Duration::from_millis(100) {
                 shown = now;
-                self.show(simulation.frame().phase(), [began, sweep], start, unsaved.as_ref());
+                self.show(simulation.frame().phase(), [began, sweep, sweeps], start, unsaved.as_ref());
             }
-            if sweep < self.equilibration {
-                simulation.equilibrate(1, &mut ())?;
-            } else {
+            if sweep >= equilibrated {
                 simulation.run(1, observer)?;
+            } else if self.observes_equilibration {
+                simulation.equilibrate(1, observer)?;
+            } else {
+                simulation.equilibrate(1, &mut ())?;
             }
         };
         let sweep = simulation.sweep();
-        if sweep > saved_sweep {
+        // One that was read and had nothing left to do is as it was written.
+        if sweep > saved_sweep.unwrap_or(began) || !self.path.exists() {
             simulation.snapshot(observer)?.write(&self.path)?;
         }
-        self.show(simulation.frame().phase(), [began, sweep], start, None);
-        Ok((simulation, Ended { reason, sweep, sweeps, path: self.path }))
+        self.show(simulation.frame().phase(), [began, sweep, sweeps], start, None);
+        Ok(Ended { reason, sweep, sweeps, path: self.path })
+    }
+
+    /// Keeps other processes away, until what it returns is dropped.
+    fn lock(&self) -> Result<File, Error> {
+        let failed = |path: &Path, source: io::Error| {
+            Err(Error::CheckpointFile { path: path.into(), source: source.into() })
+        };
+        if let Some(folder) = self.path.parent()
+            && let Err(error) = fs::create_dir_all(folder)
+        {
+            return failed(folder, error);
+        }
+        let path = beside(&self.path, ".lock");
+        let lock = match File::create(&path) {
+            Ok(lock) => lock,
+            Err(error) => return failed(&path, error),
+        };
+        match lock.try_lock() {
+            Err(TryLockError::WouldBlock) => {
+                failed(&self.path, io::Error::new(io::ErrorKind::WouldBlock, "another process has it"))
+            }
+            // Some file systems have no locks.
+            Ok(()) | Err(TryLockError::Error(_)) => Ok(lock),
+        }
     }
 
     /// The checkpoint to go on from, if there is one.
     fn saved(&self) -> Result<Option<Snapshot>, Error> {
-        let is_absent = |error: &Error| {
-            let source =
-                std::error::Error::source(error).and_then(|source| source.downcast_ref::<io::Error>());
-            source.is_some_and(|source| source.kind() == io::ErrorKind::NotFound)
+        let source = |error: &Error, is: fn(&(dyn std::error::Error + 'static)) -> bool| {
+            std::error::Error::source(error).is_some_and(is)
         };
-        if let Some(folder) = self.path.parent() {
-            let made = fs::create_dir_all(folder);
-            made.map_err(|source| Error::CheckpointFile { path: folder.into(), source: source.into() })?;
-        }
+        let is_absent = |error: &Error| {
+            source(error, |error| {
+                error.downcast_ref().is_some_and(|error: &io::Error| error.kind() == io::ErrorKind::NotFound)
+            })
+        };
+        let is_damaged = |error: &Error| {
+            source(error, |error| matches!(error.downcast_ref(), Some(Error::CheckpointDamaged { .. })))
+        };
         Snapshot::read(&self.path).map(Some).or_else(|error| {
             match Snapshot::read(beside(&self.path, ".previous")) {
-                Ok(snapshot) => Ok(Some(snapshot)),
+                Ok(snapshot) => {
+                    if is_damaged(&error) {
+                        // Else it would replace the good one when the next is written.
+                        fs::remove_file(&self.path).ok();
+                    }
+                    Ok(Some(snapshot))
+                }
                 Err(previous) if is_absent(&error) && is_absent(&previous) => Ok(None),
                 Err(_) => Err(error),
             }
         })
     }
 
-    /// Fails if a run that goes on was equilibrated for another number of sweeps.
-    fn require_equilibration<F: Field, T: TemperatureProfile, S: Scheme<F, T>>(
+    /// Fails if what goes on is of another stage, or was equilibrated for another number of sweeps.
+    fn require_same_stage<F: Field, T: TemperatureProfile, S: Scheme<F, T>>(
         &self,
         simulation: &Simulation<F, T, S>,
+        [first, equilibrated]: [u64; 2],
     ) -> Result<(), Error> {
         let frame = simulation.frame();
-        let (sweep, of_phase) = (frame.sweep(), frame.sweep_of_phase());
+        let (sweep, before_phase) = (frame.sweep(), frame.sweep() - frame.sweep_of_phase());
         let (fits, done) = match frame.phase() {
-            Phase::Equilibration => (sweep <= self.equilibration, sweep),
-            Phase::Production => (sweep - of_phase == self.equilibration, sweep - of_phase),
+            Phase::Equilibration => (sweep <= equilibrated, sweep),
+            // Production that goes on may have begun before.
+            Phase::Production if self.equilibration == 0 => (before_phase <= first, before_phase),
+            Phase::Production => (before_phase == equilibrated || sweep == first, before_phase),
         };
-        if fits {
+        if fits && sweep >= first {
             return Ok(());
         }
-        let (what, given) = ("number of sweeps of equilibration".into(), self.equilibration.to_string());
+        let (what, given) = ("number of sweeps of equilibration".into(), equilibrated.to_string());
         Err(Error::CheckpointMismatch { what, saved: done.to_string(), given })
     }
 
-    fn show(&mut self, phase: Phase, [began, sweep]: [u64; 2], start: Instant, unsaved: Option<&Error>) {
-        let sweeps = self.equilibration.saturating_add(self.production);
+    fn show(
+        &mut self,
+        phase: Phase,
+        [began, sweep, sweeps]: [u64; 3],
+        start: Instant,
+        unsaved: Option<&Error>,
+    ) {
         if let Some(show) = &mut self.progress {
             show(&Progress { phase, sweep, sweeps, began, elapsed: start.elapsed(), unsaved });
         }

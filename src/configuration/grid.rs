@@ -55,7 +55,7 @@ pub(crate) struct Spot {
 }
 
 /// Where a sphere goes in a layer.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Site {
     pub(crate) position: [f64; 3],
     /// Relative to the cell.

@@ -5,7 +5,6 @@
 //! sphere has a position in double precision, which decides; a copy in single precision, relative to its cell, finds out
 //! quickly which pairs need no decision ([`Probe`]).
 
-mod contact;
 mod grid;
 mod layer;
 mod overlap;
@@ -14,7 +13,6 @@ mod reach;
 #[cfg(feature = "checkpoint")]
 mod saved;
 
-pub(crate) use contact::Contact;
 pub(crate) use grid::{Grid, Site, Spot};
 pub(crate) use layer::Layer;
 pub(crate) use overlap::{Probe, occupied_in_reach};
@@ -22,14 +20,6 @@ pub(crate) use page::NOBODY;
 
 use crate::{Error, Slab};
 use std::sync::{Mutex, OnceLock, PoisonError};
-
-/// Where a sphere is.
-#[derive(Debug, Clone, Copy, Default)]
-struct Place {
-    /// Counted from the empty layer below the first.
-    layer: u32,
-    index: u32,
-}
 
 /// Spheres in layers.
 #[derive(Debug)]
@@ -39,10 +29,6 @@ pub(crate) struct Configuration {
     /// The first and the last are empty and stand for what is beyond the walls.
     layers: Vec<Layer>,
     len: usize,
-    /// Where each sphere is, by number.
-    places: Vec<Place>,
-    /// Whether sweeps have moved spheres without keeping `places`.
-    stale: bool,
     /// Positions by number, once somebody has asked for them.
     positions: OnceLock<Vec<[f64; 3]>>,
     /// What they were kept in before.
@@ -56,8 +42,6 @@ impl Clone for Configuration {
             grid: self.grid.clone(),
             layers: self.layers.clone(),
             len: self.len,
-            places: self.places.clone(),
-            stale: self.stale,
             positions: self.positions.clone(),
             retired: Mutex::default(),
         }
@@ -78,16 +62,7 @@ impl Configuration {
                 Layer::new(grid.table(), if beyond { 0 } else { reserve }, index)
             })
             .collect();
-        Self {
-            slab,
-            grid,
-            layers: all,
-            len: 0,
-            places: Vec::new(),
-            stale: false,
-            positions: OnceLock::new(),
-            retired: Mutex::default(),
-        }
+        Self { slab, grid, layers: all, len: 0, positions: OnceLock::new(), retired: Mutex::default() }
     }
 
     /// Checks positions and takes them over.
@@ -114,7 +89,7 @@ impl Configuration {
 
     /// Adds a sphere if there is room for it.
     pub(crate) fn try_push(&mut self, position: [f64; 3]) -> bool {
-        let free = !self.overlaps(None, position);
+        let free = !self.overlaps(NOBODY, position);
         if free {
             self.push(position);
         }
@@ -125,11 +100,10 @@ impl Configuration {
         self.touch();
         let spot = self.grid.spot(position);
         let layer = spot.layer as usize + 1;
-        // The scene limits the number of spheres, and with it that of layers in use, to u32.
+        // The scene limits the number of spheres to u32.
         #[allow(clippy::cast_possible_truncation)]
-        let (number, layer_index) = (self.len as u32, layer as u32);
-        let index = self.layers[layer].insert(&self.grid, &self.grid.site(&spot, position), number);
-        self.places.push(Place { layer: layer_index, index });
+        let number = self.len as u32;
+        self.layers[layer].insert(&self.grid, &self.grid.site(&spot, position), number);
         self.len += 1;
     }
 
@@ -176,40 +150,14 @@ impl Configuration {
     /// Grid and layers, for a sweep that moves spheres between them.
     pub(crate) fn parts_mut(&mut self) -> (&Grid, &mut [Layer]) {
         self.touch();
-        self.stale = true;
         (&self.grid, &mut self.layers)
     }
 
     /// Puts spheres that lie together together in memory; those in large systems drift apart otherwise.
     pub(crate) fn sort(&mut self) {
-        self.stale = true;
         for layer in &mut self.layers {
             layer.sort(&self.grid);
         }
-    }
-
-    /// Makes sure that spheres are found by number, as [`position`](Self::position),
-    /// [`relocate`](Self::relocate) and [`first_contact`](Self::first_contact) need it.
-    pub(crate) fn track(&mut self) {
-        if !self.stale {
-            return;
-        }
-        self.stale = false;
-        #[allow(clippy::cast_possible_truncation)]
-        for (layer, spheres) in self.layers.iter().enumerate() {
-            for (index, sphere) in spheres.spheres.iter().enumerate() {
-                if let Some(place) = self.places.get_mut(sphere.number as usize) {
-                    *place = Place { layer: layer as u32, index: index as u32 };
-                }
-            }
-        }
-    }
-
-    #[inline]
-    pub(crate) fn position(&self, sphere: usize) -> [f64; 3] {
-        debug_assert!(!self.stale);
-        let place = self.places[sphere];
-        self.layers[place.layer as usize].spheres[place.index as usize].position
     }
 
     /// The layers before, at and after that of a spot.
@@ -218,16 +166,9 @@ impl Configuration {
         neighbors_of(&self.layers, spot.layer as usize + 1)
     }
 
-    /// Whether `sphere`, or a new one, would overlap another at `position` (wrapped, inside).
-    pub(crate) fn overlaps(&self, sphere: Option<usize>, position: [f64; 3]) -> bool {
+    /// Whether a sphere would overlap another than `ignored` at `position` (wrapped, inside).
+    pub(crate) fn overlaps(&self, ignored: u32, position: [f64; 3]) -> bool {
         let spot = self.grid.spot(position);
-        let mut ignored = NOBODY;
-        if let Some(sphere) = sphere {
-            let place = self.places[sphere];
-            if (place.layer as usize).wrapping_sub(spot.layer as usize) < 3 {
-                ignored = self.layers[place.layer as usize].occupant(place.index);
-            }
-        }
         self.probe(&spot, position, 0, ignored).overlaps(&self.grid, self.around(&spot))
     }
 
@@ -240,7 +181,7 @@ impl Configuration {
 
     /// A sphere that overlaps one at `position`, and the distance between the two.
     fn overlapping(&self, position: [f64; 3]) -> Option<(usize, f64)> {
-        if !self.overlaps(None, position) {
+        if !self.overlaps(NOBODY, position) {
             return None;
         }
         let spot = self.grid.spot(position);
@@ -256,24 +197,6 @@ impl Configuration {
             }
         }
         None
-    }
-
-    /// Moves `sphere` to a position that was found free.
-    #[inline]
-    pub(crate) fn relocate(&mut self, sphere: usize, position: [f64; 3]) {
-        self.touch();
-        let place = self.places[sphere];
-        let spot = self.grid.spot(position);
-        let (layer, site) = (spot.layer as usize + 1, self.grid.site(&spot, position));
-        if place.layer as usize == layer {
-            self.layers[layer].shift(&self.grid, place.index, &site);
-        } else {
-            let number = self.layers[place.layer as usize].remove(&self.grid, place.index);
-            let index = self.layers[layer].insert(&self.grid, &site, number);
-            #[allow(clippy::cast_possible_truncation)]
-            let layer = layer as u32;
-            self.places[sphere] = Place { layer, index };
-        }
     }
 }
 

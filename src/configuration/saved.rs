@@ -2,7 +2,7 @@
 
 use super::layer::Sphere;
 use super::page::NOBODY;
-use super::{Configuration, Grid, Place, most_in_a_layer};
+use super::{Configuration, Grid, most_in_a_layer};
 use crate::Error;
 use crate::checkpoint::Archive;
 
@@ -35,8 +35,6 @@ impl Configuration {
         }
         if reads {
             self.len = particles;
-            self.places = vec![Place::default(); particles];
-            self.stale = true;
         }
         archive.check(found.into_iter().all(|found| found))
     }
@@ -79,7 +77,7 @@ impl Configuration {
                 && (0.0..widths[1]).contains(&position[2]);
             // A cell is only looked up of what is inside.
             let spot = inside.then(|| self.grid.spot(position))?;
-            if spot.layer as usize + 1 != number || self.overlaps(None, position) {
+            if spot.layer as usize + 1 != number || self.overlaps(NOBODY, position) {
                 return None;
             }
             let site = self.grid.site(&spot, position);

@@ -28,11 +28,42 @@ fn overlaps_some_pair(
     })
 }
 
+impl Configuration {
+    /// Layer and index of a sphere.
+    fn place(&self, sphere: usize) -> (usize, u32) {
+        let mut layers = self.layers.iter().enumerate();
+        let find = |layer: &Layer| layer.spheres.iter().position(|other| other.number as usize == sphere);
+        let (layer, index) = layers.find_map(|(number, layer)| Some((number, find(layer)?))).unwrap();
+        (layer, u32::try_from(index).unwrap())
+    }
+
+    /// Whether a sphere would overlap another at a position.
+    fn overlaps_others(&self, sphere: usize, position: [f64; 3]) -> bool {
+        let ((layer, index), spot) = (self.place(sphere), self.grid.spot(position));
+        let in_sight = layer.wrapping_sub(spot.layer as usize) < 3;
+        self.overlaps(if in_sight { self.layers[layer].occupant(index) } else { NOBODY }, position)
+    }
+
+    /// Moves a sphere to a position that was found free.
+    fn relocate(&mut self, sphere: usize, position: [f64; 3]) {
+        let (from, index) = self.place(sphere);
+        let (grid, layers) = self.parts_mut();
+        let spot = grid.spot(position);
+        let (to, site) = (spot.layer as usize + 1, grid.site(&spot, position));
+        if from == to {
+            layers[to].shift(grid, index, &site);
+        } else {
+            let number = layers[from].remove(grid, index);
+            layers[to].insert(grid, &site, number);
+        }
+    }
+}
+
 /// Every sphere is found at its place, in the cell of its position, and nothing else is there.
 fn assert_consistent(configuration: &Configuration, positions: &[[f64; 3]]) {
-    let Configuration { grid, layers, places, .. } = configuration;
+    let Configuration { grid, layers, .. } = configuration;
     let [_, rows, columns] = grid.cells;
-    assert_eq!((configuration.len(), places.len()), (positions.len(), positions.len()));
+    assert_eq!(configuration.len(), positions.len());
     assert_eq!(layers.len(), grid.cells[0] + 2);
     let mut found = vec![0; positions.len()];
     for (number, layer) in layers.iter().enumerate() {
@@ -70,8 +101,6 @@ fn assert_consistent(configuration: &Configuration, positions: &[[f64; 3]]) {
                             (number, cell),
                             "{truth:?}"
                         );
-                        let place = places[sphere.number as usize];
-                        assert_eq!((place.layer as usize, place.index), (number, index));
                         let seen = [content.x, content.y, content.z].map(|along| along.to_array()[slot]);
                         assert_eq!(seen.map(f32::to_bits), grid.relative(&spot, truth).map(f32::to_bits));
                         found[sphere.number as usize] += 1;
@@ -291,7 +320,7 @@ proptest! {
             let sphere = sphere.index(positions.len());
             // The sphere that moves must not see itself, but must see all others.
             prop_assert_eq!(
-                configuration.overlaps(Some(sphere), target),
+                configuration.overlaps_others(sphere, target),
                 overlaps_some_pair(&positions, Some(sphere), configuration.grid.widths, target)
             );
             configuration.relocate(sphere, target);
@@ -429,7 +458,7 @@ fn dense_cells_chain_pages() {
         for sphere in 0..4 {
             let mut position = positions[sphere];
             position[0] = target;
-            assert!(!configuration.overlaps(Some(sphere), position));
+            assert!(!configuration.overlaps_others(sphere, position));
             configuration.relocate(sphere, position);
             positions[sphere] = position;
             assert_consistent(&configuration, &positions);
@@ -459,13 +488,13 @@ fn face_centered_crystal_is_free_of_overlaps_at_contact_and_full_below() {
     }
     assert_consistent(&configuration, &positions);
     for (sphere, &[x, y, z]) in positions.iter().enumerate() {
-        assert!(!configuration.overlaps(Some(sphere), [x, y, z]));
+        assert!(!configuration.overlaps_others(sphere, [x, y, z]));
         // Jammed: inside the crystal any step of 1e-9 overlaps.
         if x > 1.0 && x < width - 0.5 {
             for step in [1e-9, -1e-9] {
-                assert!(configuration.overlaps(Some(sphere), [x + step, y, z]));
-                assert!(configuration.overlaps(Some(sphere), [x, wrapped(y + step, width), z]));
-                assert!(configuration.overlaps(Some(sphere), [x, y, wrapped(z + step, width)]));
+                assert!(configuration.overlaps_others(sphere, [x + step, y, z]));
+                assert!(configuration.overlaps_others(sphere, [x, wrapped(y + step, width), z]));
+                assert!(configuration.overlaps_others(sphere, [x, y, wrapped(z + step, width)]));
             }
         }
     }

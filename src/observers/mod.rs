@@ -8,7 +8,7 @@
 //! | order in the plane of a layer | [`RadialDistribution`], [`NeighborAngles`], [`HexaticOrder`] |
 //! | layers on top of each other | [`DensityProfile::layers`] |
 //! | fcc, hcp or fluid | [`StructureProfile`]; sphere by sphere, [`BondOrder`] |
-//! | a trajectory for OVITO and others | [`ExtendedXyz`] |
+//! | a trajectory for OVITO and others | as text [`ExtendedXyz`], binary [`Gsd`] |
 //! | for an observer of your own | [`Neighbors`] |
 //!
 //! All observe in one pass over the spheres (those of structure find neighbors as well, by cells, in a time proportional
@@ -32,6 +32,7 @@ mod displacement;
 mod equation_of_state;
 pub(crate) mod equation_of_state_fit;
 mod extended_xyz;
+mod gsd;
 mod hexatic;
 mod layers;
 mod neighbor_angles;
@@ -55,6 +56,7 @@ pub use displacement::{DisplacementPoint, DisplacementProfile};
 pub use equation_of_state::{BinState, DeviationPoint, EquationOfStatePoint, EquationOfStateProfile};
 pub use equation_of_state_fit::{EquationOfStateCurve, EquationOfStateFit, MeasuredEquationOfState};
 pub use extended_xyz::ExtendedXyz;
+pub use gsd::Gsd;
 pub use hexatic::HexaticOrder;
 pub use layers::Layer;
 pub use neighbor_angles::{NeighborAnglePoint, NeighborAngles};

@@ -23,6 +23,23 @@ where
         Ok(Snapshot::of(&self.identity, [self.sweep, measured], state, observer))
     }
 
+    /// Overwrites what the run has become by what it was in a snapshot, which must not be of an earlier sweep.
+    pub(crate) fn restore<O: Persist + ?Sized>(
+        &mut self,
+        snapshot: &Snapshot,
+        observer: &mut O,
+    ) -> Result<(), Error> {
+        snapshot.require_same(&self.identity)?;
+        let (saved, given) = (snapshot.sweep(), self.sweep);
+        if saved < given {
+            let (saved, given) = (saved.to_string(), given.to_string());
+            return Err(Error::CheckpointMismatch { what: "number of the sweep".into(), saved, given });
+        }
+        self.configuration = Configuration::empty(*self.driven.scene.slab());
+        snapshot.restore(|archive| self.persist(archive))?;
+        snapshot.restore_observer(observer)
+    }
+
     fn persist(&mut self, archive: &mut Archive<'_>) -> Result<(), Error> {
         let Self { driven, adaptation, engine, configuration, generator, monitor, balance, .. } = self;
         archive.value("generator", generator)?;
@@ -64,9 +81,7 @@ impl<F: Field, T: TemperatureProfile, S> SimulationBuilder<F, T, S> {
         S: Scheme<F, T, Drive: Persist, Adaptation: Persist>,
     {
         let mut simulation = self.place(|scene, _, _| Ok(Configuration::empty(*scene.slab())))?;
-        snapshot.require_same(&simulation.identity)?;
-        snapshot.restore(|archive| simulation.persist(archive))?;
-        snapshot.restore_observer(observer)?;
+        simulation.restore(snapshot, observer)?;
         Ok(simulation)
     }
 

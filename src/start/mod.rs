@@ -6,6 +6,7 @@
 //! | [`Functional`] | a density functional's profile, layers at the walls included |
 //! | [`RandomInsertion`] | random sequential insertion at n = 0.1, as in the 2011 paper: far too high |
 //! | [`ClosePacked`] | a close-packed crystal on the base: far too low |
+//! | [`TrajectoryFrame`] | where an earlier run was, as extended XYZ or GSD |
 //! | [`Positions`] | whatever you have |
 //!
 //! A claim about the steady state needs two of them that meet. To add a start, implement [`Start`].
@@ -15,12 +16,14 @@ mod functional;
 mod positions;
 mod random_insertion;
 mod theory;
+mod trajectory_frame;
 
 pub use close_packed::ClosePacked;
 pub use functional::Functional;
 pub use positions::Positions;
 pub use random_insertion::RandomInsertion;
 pub use theory::Theory;
+pub use trajectory_frame::{TrajectoryError, TrajectoryFrame};
 
 use crate::{AnyScene, Error, Generator};
 use nalgebra::Vector3;

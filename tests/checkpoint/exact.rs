@@ -1,5 +1,6 @@
 //! A run that goes on from a file is the run that was not interrupted, bit for bit.
 
+use crate::file::Folder;
 use gradient_mc::checkpoint::{Persist, Snapshot};
 use gradient_mc::drive::{
     AveragedThenFrozen, EquationOfStateClosure, Instantaneous, RunningAverage, Scheme, SelfConsistent,
@@ -8,14 +9,16 @@ use gradient_mc::field::{ExponentialField, UniformField};
 use gradient_mc::moves::{EventChains, FieldEvent, LocalMoves, Moves};
 use gradient_mc::observers::{
     BalancedDensityProfile, Bins, CenterOfMass, ChainPressureProfile, DensityProfile, DisplacementProfile,
-    EquationOfStateFit, EquationOfStateProfile, HexaticOrder, NeighborAngles, PressureProfile,
-    RadialDistribution, StructureProfile, WallPressure,
+    EquationOfStateFit, EquationOfStateProfile, ExtendedXyz, Gsd, HexaticOrder, NeighborAngles,
+    PressureProfile, RadialDistribution, StructureProfile, WallPressure,
 };
 use gradient_mc::start::{ClosePacked, RandomInsertion};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{
     Every, Field, Observer, Scene, Simulation, SimulationBuilder, Slab, TemperatureProfile, Vector3,
 };
+use std::fs::{self, File};
+use std::path::Path;
 
 /// Every ready observer, some of them in the middle of an interval whenever a run is stopped.
 type All = (
@@ -23,9 +26,11 @@ type All = (
     (Every<DisplacementProfile>, CenterOfMass, Option<HexaticOrder>),
     Box<(StructureProfile, EquationOfStateFit, WallPressure, BalancedDensityProfile)>,
     Every<(NeighborAngles, RadialDistribution)>,
+    Every<(Gsd, ExtendedXyz<File>)>,
 );
 
-fn all<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>) -> All {
+/// Trajectories are written to `folder`, or go on there.
+fn all<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>, folder: &Path) -> All {
     let slab = scene.slab();
     let bins = Bins::count(12);
     (
@@ -53,7 +58,21 @@ fn all<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>) -> All {
                 RadialDistribution::new(slab, 0.5, 1.5, 12).unwrap(),
             ),
         ),
+        Every::new(
+            6,
+            (
+                Gsd::open(folder.join("column.gsd")).unwrap(),
+                ExtendedXyz::new(
+                    File::options().create(true).append(true).open(folder.join("column.xyz")).unwrap(),
+                ),
+            ),
+        ),
     )
+}
+
+/// What trajectories have become.
+fn written(folder: &Path) -> [Option<Vec<u8>>; 2] {
+    ["column.gsd", "column.xyz"].map(|name| fs::read(folder.join(name)).ok())
 }
 
 /// What a run has become: everything that it keeps, and what can be asked of it.
@@ -96,7 +115,7 @@ fn advance<F: Field, T: TemperatureProfile, S: Scheme<F, T>, O: Observer>(
 fn require_same<F: Field + Clone, T: TemperatureProfile + Clone, S, O>(
     what: &str,
     builder: &SimulationBuilder<F, T, S>,
-    observer: impl Fn() -> O,
+    observer: impl Fn(&Path) -> O,
     equilibration: u64,
     all_stops: &[&[u64]],
     sweeps: u64,
@@ -104,13 +123,15 @@ fn require_same<F: Field + Clone, T: TemperatureProfile + Clone, S, O>(
     S: Scheme<F, T, Drive: Persist, Adaptation: Persist> + Clone,
     O: Observer + Persist,
 {
+    let folder = Folder::new(&format!("undisturbed {what}"));
     let mut undisturbed = builder.clone().build().unwrap();
-    let mut observed = observer();
+    let mut observed = observer(&folder.0);
     advance(&mut undisturbed, &mut observed, equilibration, sweeps);
     let expected = fate(&mut undisturbed, &mut observed);
 
     for stops in all_stops {
-        let mut seen = observer();
+        let stopped = Folder::new(&format!("stopped {what}"));
+        let mut seen = observer(&stopped.0);
         let mut simulation = builder.clone().build().unwrap();
         for &stop in *stops {
             advance(&mut simulation, &mut seen, equilibration, stop);
@@ -118,7 +139,9 @@ fn require_same<F: Field + Clone, T: TemperatureProfile + Clone, S, O>(
             let snapshot = Snapshot::from_bytes(&bytes).unwrap();
             assert_eq!(snapshot.sweep(), stop);
             let positions = simulation.positions();
-            seen = observer();
+            // As a process does that is killed after its checkpoint.
+            advance(&mut simulation, &mut seen, equilibration, stop + 250);
+            seen = observer(&stopped.0);
             simulation = builder.clone().resume(&snapshot, &mut seen).unwrap();
             assert_eq!(simulation.positions(), positions);
             let again = simulation.snapshot(&mut seen).unwrap().to_bytes();
@@ -126,6 +149,7 @@ fn require_same<F: Field + Clone, T: TemperatureProfile + Clone, S, O>(
         }
         advance(&mut simulation, &mut seen, equilibration, sweeps);
         assert!(fate(&mut simulation, &mut seen) == expected, "{what}, stopped at {stops:?}");
+        assert!(written(&stopped.0) == written(&folder.0), "{what}, stopped at {stops:?}");
     }
 }
 
@@ -148,7 +172,7 @@ fn every_family_of_moves() {
     ];
     for (what, moves) in moves {
         let builder = Simulation::builder(scene).moves(moves).seed(3);
-        require_same(what, &builder, || all(&scene), 1200, &STOPS, 2100);
+        require_same(what, &builder, |folder| all(&scene, folder), 1200, &STOPS, 2100);
     }
 }
 
@@ -162,7 +186,7 @@ fn every_scheme() {
         let temperature = ExponentialTemperature::new(5.0, 0.02).unwrap();
         let scene = Scene::new(slab, 120, UniformField::default(), temperature).unwrap();
         let builder = Simulation::builder(scene).scheme(scheme).start(RandomInsertion::default()).seed(4);
-        require_same(what, &builder, || all(&scene), 1200, &STOPS, 2100);
+        require_same(what, &builder, |folder| all(&scene, folder), 1200, &STOPS, 2100);
     }
     scheme("automatic", gradient_mc::drive::Automatic);
     scheme("self-consistent", SelfConsistent::default().closure_weight(1.0).unwrap());
@@ -202,7 +226,7 @@ fn a_crystal_in_which_chains_touch_several_spheres_at_once() {
     let scene = Scene::new(slab, 220, UniformField::default(), Isothermal::new(1.0).unwrap()).unwrap();
     for moves in [EventChains::default().local_moves(None), EventChains::default()] {
         let builder = Simulation::builder(scene).start(ClosePacked).moves(moves).seed(5);
-        require_same("crystal", &builder, CenterOfMass::new, 60, &[&[0], &[1, 2, 3], &[50]], 120);
+        require_same("crystal", &builder, |_| CenterOfMass::new(), 60, &[&[0], &[1, 2, 3], &[50]], 120);
     }
 }
 
@@ -250,7 +274,8 @@ fn checksums() {
         let slab = Slab::new(extents[0], extents[1], extents[2]).unwrap();
         let scene =
             Scene::new(slab, particles, UniformField::default(), Isothermal::new(6.0).unwrap()).unwrap();
-        let mut observer = all(&scene);
+        let folder = Folder::new("checksums");
+        let mut observer = all(&scene, &folder.0);
         let mut simulation = Simulation::builder(scene).moves(moves).seed(9).build().unwrap();
         advance(&mut simulation, &mut observer, 4, 8);
         let bytes = simulation.snapshot(&mut observer).unwrap().to_bytes();

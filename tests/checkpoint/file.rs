@@ -227,6 +227,46 @@ fn a_checkpoint_is_small_and_quick() {
     assert!(quickest < Duration::from_millis(200), "{quickest:?}");
 }
 
+/// Resident memory of this process at most, in MB.
+#[cfg(target_os = "linux")]
+fn most_memory() -> u64 {
+    let status = fs::read_to_string("/proc/self/status").unwrap();
+    let line = status.lines().find(|line| line.starts_with("VmHWM:")).unwrap();
+    line.split_whitespace().nth(1).unwrap().parse::<u64>().unwrap() / 1024
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+#[ignore = "three gigabytes and a minute"]
+fn a_checkpoint_of_ten_million_spheres() {
+    const SPHERES: usize = 10_000_000;
+    let slab = Slab::new(400.0, 500.0, 500.0).unwrap();
+    let scene = Scene::new(slab, SPHERES, UniformField::default(), Isothermal::new(15.0).unwrap()).unwrap();
+    let builder = Simulation::builder(scene).moves(LocalMoves::new(0.5).unwrap());
+    let mut simulation = builder.clone().build().unwrap();
+    simulation.run(3, &mut ()).unwrap();
+    let memory = most_memory();
+    let folder = Folder::new("ten_million");
+    let path = folder.0.join("run");
+    let started = Instant::now();
+    let snapshot = simulation.snapshot(&mut ()).unwrap();
+    let taken = started.elapsed();
+    snapshot.write(&path).unwrap();
+    let written = started.elapsed();
+    let size = fs::metadata(&path).unwrap().len();
+    println!(
+        "{:.2} bytes a sphere; taken in {taken:?}, on the disk after {written:?}; {memory} MB before, {} MB then",
+        size as f64 / SPHERES as f64,
+        most_memory()
+    );
+    assert!(size < 30 * SPHERES as u64, "{size}");
+    drop((simulation, snapshot));
+    let started = Instant::now();
+    let mut again = builder.resume(&Snapshot::read(&path).unwrap(), &mut ()).unwrap();
+    println!("goes on after {:?}; {} MB at most", started.elapsed(), most_memory());
+    assert!(again.snapshot(&mut ()).unwrap().to_bytes() == fs::read(&path).unwrap());
+}
+
 /// Pieces that are removed, repeated, put elsewhere or made up, with a checksum that fits: a typed error, or a snapshot, of which
 /// the bytes are those that were read.
 #[test]

@@ -1,21 +1,26 @@
 //! Long runs in one call.
 
 use crate::file::Folder;
-use gradient_mc::checkpoint::{Reason, Run, Snapshot};
+use gradient_mc::checkpoint::{Persist, Reason, Run, Snapshot};
+use gradient_mc::drive::{RunningAverage, Scheme};
 use gradient_mc::field::UniformField;
-use gradient_mc::observers::{CenterOfMass, ExtendedXyz};
+use gradient_mc::moves::LocalMoves;
+use gradient_mc::observers::{Bins, CenterOfMass, DisplacementProfile, ExtendedXyz, Gsd};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
-use gradient_mc::{Error, Every, Scene, Simulation, SimulationBuilder, Slab};
+use gradient_mc::{Error, Every, Field, Scene, Simulation, SimulationBuilder, Slab, TemperatureProfile};
 use std::error::Error as _;
 use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
 
+fn slab() -> Slab {
+    Slab::new(30.0, 4.0, 4.0).unwrap()
+}
+
 fn builder(seed: u64) -> SimulationBuilder<UniformField, ExponentialTemperature> {
-    let slab = Slab::new(30.0, 4.0, 4.0).unwrap();
     let temperature = ExponentialTemperature::new(4.0, 0.03).unwrap();
-    let scene = Scene::new(slab, 40, UniformField::default(), temperature).unwrap();
+    let scene = Scene::new(slab(), 40, UniformField::default(), temperature).unwrap();
     Simulation::builder(scene).seed(seed)
 }
 
@@ -59,7 +64,10 @@ fn a_run_that_is_stopped_ends_as_one_that_is_not() {
         let (mut simulation, ended) = this.of(builder(1), &mut observer).unwrap();
         assert_eq!((seen, ended.sweep), (simulation.sweep(), simulation.sweep()));
         reasons.push(ended.reason);
-        assert_eq!(Snapshot::read(&path).unwrap(), simulation.snapshot(&mut observer).unwrap());
+        let read = Snapshot::read(&path);
+        let left: Vec<_> = fs::read_dir(path.parent().unwrap()).unwrap().collect();
+        assert!(read.is_ok(), "{read:?} {left:?} {reasons:?}");
+        assert_eq!(read.unwrap(), simulation.snapshot(&mut observer).unwrap());
         if ended.is_finished() {
             assert!(simulation.snapshot(&mut observer).unwrap() == undisturbed());
             break;
@@ -222,24 +230,165 @@ fn a_folder_that_is_removed_or_read_only_is_said() {
 fn a_trajectory_goes_on_with_the_run() {
     let folder = Folder::new("trajectory");
     let open = |name: &str| {
-        let file = fs::File::options().create(true).append(true).open(folder.0.join(name)).unwrap();
-        Every::new(7, ExtendedXyz::new(file))
+        let text = fs::File::options().create(true).append(true).open(folder.0.join(format!("{name}.xyz")));
+        let binary = Gsd::open(folder.0.join(format!("{name}.gsd")));
+        Every::new(7, (ExtendedXyz::new(text.unwrap()), binary.unwrap()))
     };
     let go = |name: &str, sweeps: u64| {
         let path = folder.0.join(format!("{name}.checkpoint"));
-        Run::new(path, 100, sweeps).of(builder(1), &mut open(&format!("{name}.xyz"))).unwrap()
+        Run::new(path, 100, sweeps).of(builder(1), &mut open(name))
     };
-    go("whole", 300);
-    go("parts", 50);
-    // A process that was killed has written more than its checkpoint knows.
-    let more = fs::File::options().append(true).open(folder.0.join("parts.xyz"));
-    std::io::Write::write_all(&mut more.unwrap(), b"40\nLattice").unwrap();
-    go("parts", 120);
-    go("parts", 300);
-    let [whole, parts] = ["whole.xyz", "parts.xyz"].map(|name| fs::read(folder.0.join(name)).unwrap());
-    assert!(!whole.is_empty() && whole == parts);
-    fs::write(folder.0.join("parts.xyz"), b"another file").unwrap();
-    let path = folder.0.join("parts.checkpoint");
-    let refused = Run::new(path, 100, 400).of(builder(1), &mut open("parts.xyz"));
-    assert!(matches!(refused, Err(Error::CheckpointDamaged { .. })));
+    go("whole", 300).unwrap();
+    go("parts", 50).unwrap();
+    for kind in ["xyz", "gsd"] {
+        // A process that was killed has written more than its checkpoint knows.
+        let more = fs::File::options().append(true).open(folder.0.join(format!("parts.{kind}")));
+        std::io::Write::write_all(&mut more.unwrap(), b"40\nLattice").unwrap();
+    }
+    go("parts", 120).unwrap();
+    go("parts", 300).unwrap();
+    for kind in ["xyz", "gsd"] {
+        let [whole, parts] =
+            ["whole", "parts"].map(|name| fs::read(folder.0.join(format!("{name}.{kind}"))).unwrap());
+        assert!(!whole.is_empty() && whole == parts, "{kind}");
+        // Another file, shorter or longer.
+        for other in [b"another file".to_vec(), vec![b'1'; 2 * whole.len()]] {
+            if kind == "gsd" || other.len() < whole.len() {
+                fs::write(folder.0.join(format!("parts.{kind}")), &other).unwrap();
+                assert!(matches!(go("parts", 400), Err(Error::CheckpointDamaged { .. })), "{kind}");
+                assert_eq!(fs::read(folder.0.join(format!("parts.{kind}"))).unwrap(), other);
+            }
+        }
+        fs::write(folder.0.join(format!("parts.{kind}")), &whole).unwrap();
+    }
+    go("parts", 400).unwrap();
+    // A new run does not begin in a file that is there; what is there stays.
+    let binary = fs::read(folder.0.join("parts.gsd")).unwrap();
+    fs::remove_file(folder.0.join("parts.checkpoint")).unwrap();
+    fs::remove_file(folder.0.join("parts.checkpoint.previous")).unwrap();
+    let error = go("parts", 400).unwrap_err();
+    assert!(error.to_string().contains("take another, or remove it"), "{error}");
+    assert!(go("parts", 400).is_err());
+    assert_eq!(fs::read(folder.0.join("parts.gsd")).unwrap(), binary);
+}
+
+/// Three stages of equilibration and production, the last with another observer; stopped again and again.
+#[test]
+fn stages_that_are_stopped_end_as_those_that_are_not() {
+    fn stages<F: Field, T: TemperatureProfile, S>(
+        folder: &Path,
+        builder: &SimulationBuilder<F, T, S>,
+        limit: Option<Duration>,
+    ) -> Option<(Snapshot, Snapshot)>
+    where
+        SimulationBuilder<F, T, S>: Clone,
+        S: Scheme<F, T, Drive: Persist, Adaptation: Persist>,
+    {
+        fn run<'a, O>(path: &Path, sweeps: [u64; 2], limit: Option<Duration>) -> Run<'a, O> {
+            Run::new(path, sweeps[0], sweeps[1]).time_limit(limit.unwrap_or(Duration::MAX))
+        }
+        let path = |name: &str| folder.join(name);
+        let (mut first, mut second) =
+            (CenterOfMass::new(), DisplacementProfile::new(&slab(), Bins::count(6)).unwrap());
+        let mut simulation = builder.clone().build().unwrap();
+        let ended = run(&path("first"), [7000, 0], limit)
+            .observe_equilibration()
+            .on(&mut simulation, &mut first)
+            .unwrap();
+        assert_eq!(first.heights().len() as u64, ended.sweep);
+        if !ended.is_finished() {
+            return None;
+        }
+        let ended = run(&path("second"), [0, 6000], limit).on(&mut simulation, &mut first).unwrap();
+        if !ended.is_finished() {
+            return None;
+        }
+        let ended = run(&path("third"), [1000, 5000], limit).on(&mut simulation, &mut second).unwrap();
+        assert_eq!(ended.sweeps, 19_000);
+        let snapshots = (simulation.snapshot(&mut first).unwrap(), simulation.snapshot(&mut second).unwrap());
+        ended.is_finished().then_some(snapshots)
+    }
+    fn require_same<F: Field, T: TemperatureProfile, S>(name: &str, builder: &SimulationBuilder<F, T, S>)
+    where
+        SimulationBuilder<F, T, S>: Clone,
+        S: Scheme<F, T, Drive: Persist, Adaptation: Persist>,
+    {
+        let folder = Folder::new(name);
+        let expected = stages(&folder.0.join("whole"), builder, None);
+        let (mut calls, parts) = (0, folder.0.join("parts"));
+        let found = loop {
+            calls += 1;
+            if let Some(found) = stages(&parts, builder, Some(Duration::from_millis(40))) {
+                break found;
+            }
+        };
+        assert!(expected == Some(found), "{name}, {calls} calls");
+        assert!(calls > 3, "{name}, {calls} calls");
+        // All is done, and nothing is written.
+        let before = fs::metadata(parts.join("third")).unwrap().modified().unwrap();
+        assert!(stages(&parts, builder, None) == expected);
+        assert_eq!(fs::metadata(parts.join("third")).unwrap().modified().unwrap(), before);
+    }
+    let builder = || builder(3);
+    require_same("automatic", &builder());
+    require_same("running", &builder().scheme(RunningAverage::default()));
+    require_same("tuned", &builder().moves(LocalMoves::tuned()));
+    let scene = Scene::new(slab(), 40, UniformField::default(), Isothermal::new(4.0).unwrap()).unwrap();
+    require_same("isothermal", &Simulation::builder(scene).moves(LocalMoves::new(0.4).unwrap()));
+}
+
+#[test]
+fn a_run_that_another_has_is_refused() {
+    let folder = Folder::new("locked");
+    let path = folder.0.join("run");
+    let mut refused = None;
+    let first = run(&path, 50).progress(|_| {
+        let second = run(&path, 50).of(builder(1), &mut CenterOfMass::new());
+        refused = second.err();
+    });
+    first.of(builder(1), &mut CenterOfMass::new()).unwrap();
+    let refused = refused.unwrap();
+    assert!(matches!(&refused, Error::CheckpointFile { path: of, .. } if *of == path), "{refused}");
+    let source = refused.source().unwrap().downcast_ref::<std::io::Error>().unwrap();
+    assert_eq!(source.kind(), std::io::ErrorKind::WouldBlock);
+    // It is given back.
+    run(&path, 60).of(builder(1), &mut CenterOfMass::new()).unwrap();
+}
+
+/// As on a disk that is full now and then.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_run_goes_on_while_there_is_no_room() {
+    let folder = Folder::new("full");
+    let path = folder.0.join("run");
+    let (mut failures, mut successes, stop) = (0, 0, AtomicBool::new(false));
+    let fill = || drop(std::os::unix::fs::symlink("/dev/full", folder.0.join("run.new")));
+    let before = std::cell::RefCell::new(Vec::new());
+    let this = run(&path, 1 << 40).checkpoint_every(Duration::from_millis(20)).stop_on(&stop);
+    let this = this.progress(|progress| {
+        if let Some(error) = progress.unsaved {
+            let reason = std::error::Error::source(error).unwrap().to_string();
+            assert!(
+                error.to_string().contains("run.new") && reason.contains("No space"),
+                "{error}: {reason}"
+            );
+            // What was there is as it was.
+            assert!(*before.borrow() == fs::read(&path).unwrap());
+            failures += 1;
+        } else {
+            successes += 1;
+            *before.borrow_mut() = fs::read(&path).unwrap();
+            fill();
+        }
+        stop.store(failures >= 3 && successes >= 3, Ordering::SeqCst);
+    });
+    // The last checkpoint has no room either: what was written before is as it was.
+    let outcome = this.of(builder(1), &mut CenterOfMass::new());
+    assert!(matches!(outcome, Err(Error::CheckpointFile { .. })) || failures >= 3);
+    assert!(failures >= 3 && successes >= 3, "{failures} {successes}");
+    let kept = Snapshot::read(&path).unwrap();
+    fill();
+    let refused = run(&path, 1 << 40).of(builder(1), &mut CenterOfMass::new()).unwrap_err();
+    assert!(refused.to_string().contains("run.new"), "{refused}");
+    assert_eq!(Snapshot::read(&path).unwrap(), kept);
 }

@@ -120,7 +120,8 @@ fn an_adaptation_sees_what_an_observer_sees() {
 
 #[test]
 fn a_potential_that_is_adapted_is_in_force_from_the_next_sweep_on() {
-    let mut simulation = simulation(EventChains::default());
+    // Chains in every sweep.
+    let mut simulation = simulation(EventChains::default().path_per_sphere(2.0).unwrap());
     simulation.equilibrate(40, &mut ()).unwrap();
     simulation.run(30, &mut ()).unwrap();
     let frames = &simulation.adaptation().seen.frames;

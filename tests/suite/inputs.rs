@@ -317,7 +317,7 @@ fn chains_in_steep_fields_take_a_bounded_time() {
     }
     // Chains whose length is the user's do not get ahead: it is the field, not the packing.
     let long = EventChains::with_length(100.0).unwrap();
-    let error = cold_chains(1e-5, 1, long, false).unwrap_err();
+    let error = cold_chains(1e-6, 1, long, false).unwrap_err();
     assert!(matches!(error, Error::ChainStuck { field_events: 1000.., .. }), "{error:?}");
     assert!(error.to_string().contains("the field stops it"), "{error}");
     assert!(!error.to_string().contains("spheres touch"), "{error}");

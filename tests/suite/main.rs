@@ -23,5 +23,6 @@ mod stability;
 mod steady_state;
 mod structure;
 mod theory;
+mod trajectories;
 mod wall_pressure;
 mod warnings;

@@ -1,6 +1,8 @@
 //! Time that work takes, free of what else the machine does.
 
 use cpu_time::{ProcessTime, ThreadTime};
+use gradient_mc::checkpoint::{Archive, Persist};
+use gradient_mc::{Error, Frame, Observer, ObserverError};
 
 /// CPU seconds of this thread.
 pub fn cpu_seconds() -> f64 {
@@ -10,4 +12,41 @@ pub fn cpu_seconds() -> f64 {
 /// CPU seconds of this process: the threads that may share a sweep are counted, others sleep.
 pub fn process_cpu_seconds() -> f64 {
     ProcessTime::now().as_duration().as_secs_f64()
+}
+
+/// CPU seconds of a piece of work on one thread. As an observer it is part of checkpoints: a process that goes on from one adds
+/// what the processes before it took up to there.
+#[derive(Debug, Clone, Copy)]
+pub struct Stopwatch {
+    before: f64,
+    began: f64,
+}
+
+impl Stopwatch {
+    /// Starts now.
+    pub fn start() -> Self {
+        Self { before: 0.0, began: cpu_seconds() }
+    }
+
+    /// On the thread that it was started or read on.
+    pub fn seconds(&self) -> f64 {
+        self.before + cpu_seconds() - self.began
+    }
+}
+
+impl Observer for Stopwatch {
+    fn observe(&mut self, _: &Frame<'_>) -> Result<(), ObserverError> {
+        Ok(())
+    }
+}
+
+impl Persist for Stopwatch {
+    fn persist(&mut self, archive: &mut Archive<'_>) -> Result<(), Error> {
+        let mut seconds = self.seconds();
+        archive.value("processor seconds", &mut seconds)?;
+        if archive.is_reading() {
+            *self = Self { before: seconds, ..Self::start() };
+        }
+        Ok(())
+    }
 }

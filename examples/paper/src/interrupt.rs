@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 /// Whether the process was told to stop: by Ctrl-C, by SIGTERM or SIGUSR1, as queues do, or because its terminal is gone (SIGHUP).
-/// The first asks for a clean stop; a second Ctrl-C ends the process.
+/// The first asks for a clean stop; a second Ctrl-C ends the process, with the last checkpoints intact.
 #[derive(Debug, Clone)]
 pub struct Interrupt {
     signals: Option<Signals>,
@@ -35,7 +35,7 @@ impl Interrupt {
     /// Whether a clean stop was asked for.
     pub fn pressed(&self) -> bool {
         if self.flag().load(Ordering::SeqCst) && !self.noticed.swap(true, Ordering::SeqCst) {
-            eprintln!("stopping after the sweeps under way; Ctrl-C once more gives up what was measured");
+            eprintln!("stopping after what is under way; Ctrl-C once more stops at once");
         }
         self.noticed.load(Ordering::SeqCst)
     }

@@ -6,7 +6,8 @@
 //! 1. options of its own beside those of every study, and [`study::main`], which reads both, makes the directory, listens
 //!    to signals and sets the exit code: 0 done, 1 a claim fails, 2 an error, 130 interrupted;
 //! 2. runs: [`Session::run_all`] does many on all cores, with a bar, a seed each ([`Session::seed`]) and from both
-//!    [sides](study::Side) of the steady state;
+//!    [sides](study::Side) of the steady state. They go on where an earlier process was stopped ([`Watch`]), by the same
+//!    command; the directory `unfinished` beside the results holds what that takes until all is done;
 //! 3. a [`Report`]: CSV files, pictures ([`figure`]) with captions, and tables on the terminal ([`table`]);
 //! 4. claims in it: a number with an error and a range each ([`verdict`]). They decide the exit code;
 //! 5. what the runs say against themselves ([`warnings`]).
@@ -16,8 +17,7 @@
 //! ```no_run
 //! use gradient_mc::observers::CenterOfMass;
 //! use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
-//! use paper::study::{self, Session, Watch};
-//! use paper::{Ending, Failure, Report, row, warnings};
+//! use paper::{Ending, Failure, Report, Session, Watch, row, study, warnings};
 //!
 //! /// Measures the height of the center of mass of a column.
 //! #[derive(clap::Args, Debug)]
@@ -38,11 +38,11 @@
 //!     let replica = |replica: u64, watch: &Watch<'_>| {
 //!         let mut simulation = Simulation::builder(scene).seed(session.seed(replica)).build()?;
 //!         let mut center = CenterOfMass::new();
-//!         watch.sweeps(sweeps, 1, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
-//!         watch.sweeps(sweeps, 1, |sweeps| simulation.run(sweeps, &mut center))?;
+//!         watch.equilibrate(&mut simulation, sweeps, 1, &mut ())?;
+//!         watch.run(&mut simulation, sweeps, 1, &mut center)?;
 //!         Ok((center.estimate()?, simulation.warnings()))
 //!     };
-//!     let measured = session.run_all("columns", (0..4).collect(), |_| 2 * sweeps, replica)?;
+//!     let measured = session.run_all("columns", (0..4).collect(), u64::to_string, |_| 2 * sweeps, replica)?;
 //!     let mut report = Report::new(session);
 //!     let rows = measured.iter().map(|(center, _)| row![center]);
 //!     report.table("center", "heights in d", "center_of_mass, center_of_mass_error", rows)?;
@@ -83,13 +83,16 @@ pub mod replicas;
 pub mod report;
 pub mod study;
 pub mod table;
+pub mod unfinished;
 pub mod verdict;
 pub mod warnings;
+pub mod watch;
 
 #[doc(hidden)]
 pub use print::print_line;
 pub use report::Report;
-pub use study::{Session, Side, Watch};
+pub use study::{Session, Side};
+pub use watch::{Interrupted, Watch};
 
 use std::process::ExitCode;
 
@@ -114,17 +117,12 @@ pub fn conclude(outcome: Result<Ending, Failure>) -> ExitCode {
         Ok(Ending::ClaimFailed) => ExitCode::FAILURE,
         // What a shell reports for a process that Ctrl-C ended.
         Ok(Ending::Interrupted) => ExitCode::from(130),
+        Err(failure) if failure.is::<Interrupted>() => {
+            eprintln!("{failure}");
+            ExitCode::from(130)
+        }
         Err(failure) => {
-            if failure.is::<study::Interrupted>() {
-                eprintln!("{failure}");
-                return ExitCode::from(130);
-            }
-            eprintln!("error: {failure}");
-            let mut cause = failure.source();
-            while let Some(error) = cause {
-                eprintln!("  because: {error}");
-                cause = error.source();
-            }
+            eprintln!("error: {}", watch::explained(&*failure));
             ExitCode::from(2)
         }
     }

@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 pub fn create_directory(path: &Path) -> Result<(), Failure> {
     fs::create_dir_all(path).map_err(|error| format!("cannot create {}: {error}", path.display()))?;
     let probe = path.join(format!("probe.{}", std::process::id()));
-    let probed = fs::write(&probe, "probe").and_then(|()| fs::remove_file(&probe));
+    let probed = fs::write(&probe, "probe");
+    fs::remove_file(&probe).ok();
     probed.map_err(|error| format!("cannot write to {}: {error}", path.display()).into())
 }
 

@@ -53,17 +53,13 @@ impl Report {
 mod tests {
     use super::*;
     use crate::figure::{Axis, Panel, Place};
-    use crate::interrupt::Interrupt;
     use gradient_mc::statistics::Estimate;
 
     #[test]
     fn a_report_leaves_tables_pictures_captions_and_claims() {
         let directory = std::env::temp_dir().join(format!("paper_report_{}", std::process::id()));
         std::fs::create_dir_all(&directory).unwrap();
-        let interrupt = Interrupt::silent();
-        let out = None;
-        let session =
-            Session { seed: 1, threads: 1, short: true, out, directory: directory.clone(), interrupt };
+        let session = Session::silent(&directory, 1);
         let mut report = Report::new(&session);
         let place = Place { left: 0.0, top: 0.0, width: 1.0, height: 1.0 };
         let panel = Panel::new(place, Axis::new("x", 0.0, 1.0), Axis::new("y", 0.0, 1.0));

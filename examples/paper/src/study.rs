@@ -3,11 +3,19 @@
 use super::interrupt::Interrupt;
 use super::output::create_directory;
 use super::progress::Progress;
+use super::unfinished::Unfinished;
+use super::watch::{Interrupted, Watch, explained};
 use super::{Ending, Failure, conclude, replicas};
 use clap::{Args, FromArgMatches};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
 use std::ffi::OsString;
+use std::fmt::Debug;
+#[cfg(test)]
+use std::path::Path;
 use std::path::PathBuf;
 use std::process::ExitCode;
+use std::sync::Arc;
 
 /// The options that every study has.
 #[derive(Args, Debug, Clone)]
@@ -24,6 +32,10 @@ pub struct SharedArguments {
     #[arg(long)]
     pub out: Option<PathBuf>,
 
+    /// Starts anew where an earlier run was stopped
+    #[arg(long)]
+    pub fresh: bool,
+
     /// A run of seconds that takes every path of the program. Its claims mean nothing: the exit code only says whether it came to
     /// its end
     #[arg(long)]
@@ -39,30 +51,41 @@ fn thread_count(text: &str) -> Result<usize, String> {
     }
 }
 
-/// That a signal has come: an error that ends a run early.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[error("interrupted: figures need complete runs")]
-pub struct Interrupted;
-
 /// A study that was started.
 #[derive(Debug, Clone)]
 pub struct Session {
     pub seed: u64,
     pub threads: usize,
     pub short: bool,
+    /// Whether it starts anew where an earlier run was stopped.
+    pub fresh: bool,
     /// As it was asked for, if it was.
     pub out: Option<PathBuf>,
     /// Where everything is written; it exists.
     pub directory: PathBuf,
     pub interrupt: Interrupt,
+    /// What it goes on from when it was stopped.
+    pub unfinished: Arc<Unfinished>,
 }
 
 /// The program of a study: reads the command line, of which `Own` are the options that only this study has, runs it, and turns
-/// what comes of it into the exit code.
-pub fn main<Own: Args>(name: &'static str, run: fn(&Own, &Session) -> Result<Ending, Failure>) -> ExitCode {
+/// what comes of it into the exit code. What it needs to go on is removed when it has come to its end.
+pub fn main<Own: Args + Debug>(
+    name: &'static str,
+    run: fn(&Own, &Session) -> Result<Ending, Failure>,
+) -> ExitCode {
     let (own, shared) = parse::<Own>(name, std::env::args_os()).unwrap_or_else(|error| error.exit());
     let short = shared.short;
-    let outcome = Session::new(name, shared).and_then(|session| run(&own, &session));
+    let outcome = Session::new(name, shared, &own).and_then(|session| {
+        let ending = run(&own, &session);
+        let unfinished = session.unfinished;
+        if matches!(ending, Ok(Ending::Finished | Ending::ClaimFailed)) || unfinished.is_empty() {
+            unfinished.remove()?;
+        } else {
+            eprintln!("the same command goes on from {}", unfinished.folder().display());
+        }
+        ending
+    });
     conclude(match outcome {
         Ok(Ending::ClaimFailed) if short => Ok(Ending::Finished),
         outcome => outcome,
@@ -80,12 +103,31 @@ pub fn parse<Own: Args>(
 }
 
 impl Session {
-    /// Makes the directory, sees that it can be written to, and listens to signals: once per process.
-    fn new(name: &str, shared: SharedArguments) -> Result<Self, Failure> {
-        let SharedArguments { seed, threads, out, short } = shared;
+    /// Makes the directory, sees that it can be written to and that no other process does, and listens to signals: once per process.
+    fn new(name: &str, shared: SharedArguments, own: &impl Debug) -> Result<Self, Failure> {
+        let SharedArguments { seed, threads, out, fresh, short } = shared;
         let directory = out.clone().unwrap_or_else(|| PathBuf::from("out").join(name));
         create_directory(&directory)?;
-        Ok(Self { seed, threads, short, out, directory, interrupt: Interrupt::listen()? })
+        let options = format!("{own:#?}\nseed: {seed}\nshort: {short}\n");
+        let unfinished = Arc::new(Unfinished::open(&directory, &options, fresh)?);
+        Ok(Self { seed, threads, short, fresh, out, directory, interrupt: Interrupt::listen()?, unfinished })
+    }
+
+    /// One that listens to nobody.
+    #[cfg(test)]
+    pub(crate) fn silent(directory: &Path, threads: usize) -> Self {
+        let unfinished = Arc::new(Unfinished::open(directory, "", false).unwrap());
+        let interrupt = Interrupt::silent();
+        Self {
+            seed: 2,
+            threads,
+            short: true,
+            fresh: false,
+            out: None,
+            directory: directory.into(),
+            interrupt,
+            unfinished,
+        }
     }
 
     /// The seed of a run: the same for any number of threads.
@@ -105,81 +147,67 @@ impl Session {
         Self { threads, ..self.clone() }
     }
 
-    /// Does `work` on every task, on all threads, with a bar; results in the order of the tasks. The largest by `size` come first, so
-    /// that the threads end together; `size` is in the units in which the work reports progress.
-    pub fn run_all<Task: Send, Output: Send>(
+    /// Does `work` on every task, on all threads, with a bar; what comes of each, in their order. The largest by `size` come first,
+    /// so that the threads end together; `size` is in the units in which the work reports progress.
+    ///
+    /// An error in one task costs none of the others, and a signal ends those under way with everything written.
+    pub fn try_all<Task: Send, Output: Send>(
         &self,
         what: &'static str,
         tasks: Vec<Task>,
         size: impl Fn(&Task) -> u64,
         work: impl Fn(Task, &Watch<'_>) -> Result<Output, Failure> + Sync + Send,
-    ) -> Result<Vec<Output>, Failure> {
+    ) -> Result<Vec<Result<Output, Failure>>, Failure> {
         let progress = Progress::new(tasks.iter().map(&size).sum(), what);
-        let watch = Watch { interrupt: &self.interrupt, progress: &progress };
         let mut tasks: Vec<(usize, Task)> = tasks.into_iter().enumerate().collect();
         tasks.sort_by_key(|(_, task)| std::cmp::Reverse(size(task)));
-        let done =
-            replicas::in_parallel(self.threads, tasks, |(place, task)| Ok((place, work(task, &watch)?)));
+        let places: Vec<usize> = tasks.iter().map(|&(place, _)| place).collect();
+        let done = replicas::in_parallel(self.threads, tasks, |(place, task)| {
+            let watch = Watch::new(&self.interrupt, &progress, self.unfinished.of_task(what, place));
+            watch.check()?;
+            work(task, &watch)
+        })?;
         progress.finish();
-        if self.interrupt.pressed() {
-            return Err(Interrupted.into());
-        }
-        let mut done = done?;
+        let mut done: Vec<_> = places.into_iter().zip(done).collect();
         done.sort_by_key(|&(place, _)| place);
-        Ok(done.into_iter().map(|(_, output)| output).collect())
+        Ok(done.into_iter().map(|(_, outcome)| outcome).collect())
     }
 
-    /// The same where all tasks count alike.
-    pub fn run_each<Task: Send, Output: Send>(
+    /// The same of tasks that are all needed, each with a name: fails, once all are done, with what is wrong in each that failed.
+    pub fn run_all<Task: Send, Output: Send>(
         &self,
         what: &'static str,
         tasks: Vec<Task>,
+        name: impl Fn(&Task) -> String,
+        size: impl Fn(&Task) -> u64,
+        work: impl Fn(Task, &Watch<'_>) -> Result<Output, Failure> + Sync + Send,
+    ) -> Result<Vec<Output>, Failure> {
+        let names: Vec<String> = tasks.iter().map(name).collect();
+        let outcomes = self.try_all(what, tasks, size, work)?;
+        let (mut outputs, mut failures, mut interrupted) = (Vec::new(), Vec::new(), false);
+        for (name, outcome) in names.iter().zip(outcomes) {
+            match outcome {
+                Ok(output) => outputs.push(output),
+                Err(failure) if failure.is::<Interrupted>() => interrupted = true,
+                Err(failure) => failures.push(format!("{what}, {name}: {}", explained(&*failure))),
+            }
+        }
+        if !failures.is_empty() {
+            return Err(failures.join("\n").into());
+        }
+        if interrupted { Err(Interrupted.into()) } else { Ok(outputs) }
+    }
+
+    /// The same of tasks that are short and count alike. What was stopped in the middle is done again from its start, so that the
+    /// times that it measures are of one process; what is done is kept.
+    pub fn run_each<Task: Send, Output: Send + Serialize + DeserializeOwned>(
+        &self,
+        what: &'static str,
+        tasks: Vec<Task>,
+        name: impl Fn(&Task) -> String + Sync,
         work: impl Fn(Task) -> Result<Output, Failure> + Sync + Send,
     ) -> Result<Vec<Output>, Failure> {
-        self.run_all(
-            what,
-            tasks,
-            |_| 1,
-            |task, watch| {
-                watch.check()?;
-                let output = work(task)?;
-                watch.advance(1);
-                Ok(output)
-            },
-        )
-    }
-}
-
-/// What a run reports its progress to, and what tells it to stop.
-#[derive(Debug, Clone, Copy)]
-pub struct Watch<'a> {
-    interrupt: &'a Interrupt,
-    progress: &'a Progress,
-}
-
-impl Watch<'_> {
-    /// Makes `sweeps` sweeps, each worth `size` units of progress. [`Interrupted`] ends it early.
-    pub fn sweeps(
-        &self,
-        sweeps: u64,
-        size: u64,
-        mut run: impl FnMut(u64) -> Result<(), gradient_mc::Error>,
-    ) -> Result<(), Failure> {
-        let made = replicas::in_chunks(sweeps, self.interrupt, &Progress::hidden(), |chunk| {
-            self.progress.advance(chunk * size);
-            run(chunk)
-        })?;
-        if made < sweeps { Err(Interrupted.into()) } else { Ok(()) }
-    }
-
-    /// Reports progress.
-    pub fn advance(&self, units: u64) {
-        self.progress.advance(units);
-    }
-
-    /// [`Interrupted`] if a signal has come.
-    pub fn check(&self) -> Result<(), Failure> {
-        if self.interrupt.pressed() { Err(Interrupted.into()) } else { Ok(()) }
+        self.run_all(what, tasks, &name, |_| 1, |task, watch| watch.kept(&name(&task), 1, || work(task)))
     }
 }
 
@@ -210,6 +238,12 @@ pub fn count(number: f64) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use gradient_mc::checkpoint::{Archive, Persist};
+    use gradient_mc::field::UniformField;
+    use gradient_mc::observers::CenterOfMass;
+    use gradient_mc::temperature::Isothermal;
+    use gradient_mc::{Frame, Observer, ObserverError, ObserverFn, Scene, Simulation, Slab};
+    use std::sync::Mutex;
 
     #[derive(Args, Debug)]
     struct Own {
@@ -218,15 +252,9 @@ mod tests {
         number: u64,
     }
 
-    fn session(threads: usize) -> Session {
-        Session {
-            seed: 2,
-            threads,
-            short: true,
-            out: None,
-            directory: PathBuf::new(),
-            interrupt: Interrupt::silent(),
-        }
+    fn session(name: &str, threads: usize) -> Session {
+        let directory = std::env::temp_dir().join(format!("paper_study_{name}_{}", std::process::id()));
+        Session::silent(&directory, threads)
     }
 
     #[test]
@@ -241,43 +269,103 @@ mod tests {
     #[test]
     fn results_are_in_the_order_of_the_tasks_for_any_number_of_threads() {
         for threads in [1, 3] {
-            let squares = session(threads).run_all(
+            let session = session("order", threads);
+            let squares = session.run_all(
                 "squares",
                 vec![3_u64, 1, 2],
+                u64::to_string,
                 |&task| task,
-                |task, watch| {
-                    watch.sweeps(task, 1, |_| Ok(()))?;
-                    Ok(task * task)
-                },
+                |task, _| Ok(task * task),
             );
             assert_eq!(squares.unwrap(), [9, 1, 4]);
+            std::fs::remove_dir_all(&session.directory).unwrap();
+        }
+    }
+
+    fn column() -> Simulation<UniformField, Isothermal> {
+        let slab = Slab::new(30.0, 4.0, 4.0).unwrap();
+        let scene = Scene::new(slab, 40, UniformField::default(), Isothermal::new(4.0).unwrap()).unwrap();
+        Simulation::builder(scene).build().unwrap()
+    }
+
+    /// Three stages, and what they end with; a signal comes after so many sweeps.
+    fn stages(session: &Session, signal: u64) -> Result<Vec<(Vec<f64>, u64)>, Failure> {
+        let work = |_: u8, watch: &Watch<'_>| {
+            let (mut simulation, mut center) =
+                (column(), (CenterOfMass::new(), SignalAfter(signal, session)));
+            watch.equilibrate(&mut simulation, 20, 1, &mut center)?;
+            watch.run(&mut simulation, 20, 1, &mut center)?;
+            let mut other = column();
+            watch.equilibrate(&mut other, 10, 1, &mut ())?;
+            Ok((center.0.heights().to_vec(), simulation.sweep() + other.sweep()))
+        };
+        session.run_all("columns", vec![0], u8::to_string, |_| 50, work)
+    }
+
+    struct SignalAfter<'a>(u64, &'a Session);
+
+    impl Observer for SignalAfter<'_> {
+        fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
+            if frame.sweep() == self.0 {
+                self.1.interrupt.press();
+            }
+            Ok(())
+        }
+    }
+
+    impl Persist for SignalAfter<'_> {
+        fn persist(&mut self, _: &mut Archive<'_>) -> Result<(), gradient_mc::Error> {
+            Ok(())
         }
     }
 
     #[test]
-    fn an_interrupt_ends_runs_and_is_told_from_other_failures() {
-        let session = session(1);
-        let work = |_: u64, watch: &Watch<'_>| {
-            watch.check()?;
-            session.interrupt.press();
-            watch.sweeps(10, 1, |_| Ok(()))
+    fn a_task_goes_on_within_the_stage_in_which_it_was_interrupted() {
+        let undisturbed = session("undisturbed", 1);
+        let expected = stages(&undisturbed, 0).unwrap();
+        assert_eq!((expected[0].0.len(), expected[0].1), (40, 50));
+        let directory = session("interrupted", 1).directory;
+        for signal in [7, 33] {
+            let failure = stages(&Session::silent(&directory, 1), signal).unwrap_err();
+            assert!(failure.is::<Interrupted>(), "{failure}");
+        }
+        assert_eq!(stages(&Session::silent(&directory, 1), 0).unwrap(), expected);
+        for directory in [directory, undisturbed.directory] {
+            std::fs::remove_dir_all(directory).unwrap();
+        }
+    }
+
+    #[test]
+    fn an_error_in_one_task_costs_none_of_the_others() {
+        let session = session("errors", 1);
+        let done = Mutex::new(Vec::new());
+        let work = |task: u64| {
+            if task == 2 {
+                let mut cause = ObserverFn::new(|_| Err("a cause".into()));
+                column().run(1, &mut cause)?;
+            }
+            done.lock().unwrap().push(task);
+            Ok(10 * task)
         };
-        let failure = session.run_all("nothing", vec![1, 2], |_| 1, work).unwrap_err();
+        let failure =
+            session.run_each("numbers", vec![1, 2, 3], u64::to_string, work).unwrap_err().to_string();
+        assert!(failure.starts_with("numbers, 2: ") && failure.contains("because: a cause"), "{failure}");
+        assert_eq!(*done.lock().unwrap(), [1, 3]);
+        // What is done is not done again.
+        let again = session.run_each("numbers", vec![1, 2, 3], u64::to_string, |task: u64| Ok(task));
+        assert_eq!(again.unwrap(), [10, 2, 30]);
+        session.interrupt.press();
+        let failure = session.run_each("others", vec![1], u64::to_string, |task: u64| Ok(task)).unwrap_err();
         assert!(failure.is::<Interrupted>(), "{failure}");
-        let other = super::tests::session(1).run_all(
-            "nothing",
-            vec![1],
-            |_| 1,
-            |_, _| Err::<(), Failure>("broken".into()),
-        );
-        assert!(!other.unwrap_err().is::<Interrupted>());
+        std::fs::remove_dir_all(&session.directory).unwrap();
     }
 
     #[test]
     fn seeds_of_runs_are_apart_and_short_runs_are_short() {
-        let session = session(1);
+        let session = session("seeds", 1);
         assert_eq!(session.seed(5), 2_000_011);
         assert_eq!((session.choose(100, 1), count(2.5), count(0.2)), (1, 3, 0));
         assert_eq!([0, 1, 2].map(Side::of), [Side::Above, Side::Below, Side::Above]);
+        std::fs::remove_dir_all(&session.directory).unwrap();
     }
 }

@@ -4,15 +4,27 @@
 //! and a sphere with another always between them cannot be touched: what is left is a graph with few edges
 //! (the constraint graph of Li, Todo, Maggs and Krauth, doi:10.1016/j.cpc.2020.107702), found once for a whole visit.
 
-use std::sync::OnceLock;
+use super::columns::{Around, Columns};
+use super::shadows::{self, Mask, Shadows};
+use wide::f32x8;
 
-/// A sphere that another may touch, ahead of it or behind.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Link {
-    /// Difference of their coordinates along the axis when they touch; less one period where it is an image
-    /// that is touched.
-    pub(super) reach: f64,
-    pub(super) other: u32,
+/// Spheres that another may touch, ahead of it or behind: a line of the cache.
+#[derive(Debug, Clone, Copy)]
+#[repr(align(64))]
+pub(super) struct Links {
+    /// Differences of the coordinates along the axis when they touch; less one period where it is an image
+    /// that is touched. Infinitely far in an empty slot.
+    pub(super) reach: [f64; Self::SLOTS],
+    pub(super) other: [u32; Self::SLOTS],
+    used: u32,
+    /// Where there are more; 0 stands for nowhere.
+    pub(super) more: u32,
+}
+
+impl Links {
+    pub(super) const SLOTS: usize = 4;
+    const EMPTY: Self =
+        Self { reach: [f64::NEG_INFINITY; Self::SLOTS], other: [0; Self::SLOTS], used: 0, more: 0 };
 }
 
 /// A sphere as the search for neighbors sees it.
@@ -24,166 +36,88 @@ pub(super) struct Candidate {
     pub(super) column: u32,
 }
 
-/// Columns at least one diameter wide along the axis, in which candidates are listed.
+/// Added to the number of a sphere that is seen one period before where it is.
+const IMAGE: u32 = 1 << 31;
+
+/// Entries that are looked at together.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Columns {
-    origins: [f64; 2],
-    inverse_sides: [f64; 2],
-    pub(super) counts: [usize; 2],
-    /// Of the coordinates across, where these are periodic.
-    repeats: [Option<f64>; 2],
+#[repr(align(32))]
+struct Block {
+    /// Relative to the column, in single precision.
+    across: [[f32; Self::ENTRIES]; 2],
+    spheres: [u32; Self::ENTRIES],
 }
 
-impl Columns {
-    pub(super) fn new(extents: [[f64; 2]; 2], repeats: [Option<f64>; 2]) -> Self {
-        /// Room for the rounding of coordinates.
-        const SIDE: f64 = 1.0 + 1e-6;
-        let origins = extents.map(|[origin, _]| origin);
-        // Extents are at most 1e6.
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let counts = extents.map(|[_, extent]| ((extent / SIDE) as usize).max(1));
-        let inverse_sides = [0, 1].map(|axis| counts[axis] as f64 / extents[axis][1]);
-        Self { origins, inverse_sides, counts, repeats }
-    }
+impl Block {
+    const ENTRIES: usize = 8;
+    /// The same.
+    const COUNT: u32 = 8;
+    /// Out of reach.
+    const NOWHERE: f32 = 1e9;
+    const EMPTY: Self = Self { across: [[Self::NOWHERE; Self::ENTRIES]; 2], spheres: [0; Self::ENTRIES] };
+}
 
-    #[inline]
-    pub(super) fn column(&self, across: [f64; 2]) -> u32 {
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let [first, second] = [0, 1].map(|axis| {
-            let column = ((across[axis] - self.origins[axis]) * self.inverse_sides[axis]) as usize;
-            column.min(self.counts[axis] - 1)
-        });
-        #[allow(clippy::cast_possible_truncation)]
-        let column = (first * self.counts[1] + second) as u32;
-        column
-    }
+/// The spheres that were found so far, by columns: each in all columns from which it is in reach.
+#[derive(Debug, Clone, Default)]
+struct Lists {
+    /// The first block of each column, and the number of entries.
+    ranges: Vec<[u32; 2]>,
+    around: Vec<Around>,
+    blocks: Vec<Block>,
+}
 
-    /// Calls `enter` with the columns around and including one, and by what coordinates across differ when
-    /// seen from there.
-    #[inline]
-    fn around(&self, column: u32, mut enter: impl FnMut(usize, [f64; 2])) {
-        let at = [column as usize / self.counts[1], column as usize % self.counts[1]];
-        // A step down, none, and up along one axis: the column, and by what the coordinate differs there.
-        let steps = |axis: usize| {
-            [0_usize, 1, 2].map(|step| {
-                let to = at[axis] + step;
-                let (count, repeats) = (self.counts[axis], self.repeats[axis]);
-                match repeats {
-                    _ if to >= 1 && to <= count => Some((to - 1, 0.0)),
-                    None => None,
-                    Some(period) if to == 0 => Some((count - 1, period)),
-                    Some(period) => Some((0, -period)),
-                }
-            })
-        };
-        let seconds = steps(1);
-        for (first, along_first) in steps(0).into_iter().flatten() {
-            for (second, along_second) in seconds.iter().copied().flatten() {
-                enter(first * self.counts[1] + second, [along_first, along_second]);
-            }
+impl Lists {
+    /// Makes room for all that will be entered, `times` each.
+    fn clear(&mut self, columns: &Columns, candidates: &[Candidate], times: u32) {
+        let Self { ranges, around, blocks } = self;
+        columns.all_around(around);
+        ranges.clear();
+        ranges.resize(around.len(), [0; 2]);
+        for candidate in candidates {
+            ranges[candidate.column as usize][1] += 1;
+        }
+        // What is around a column is what it is around.
+        let mut begin = 0;
+        for (column, around) in around.iter().enumerate() {
+            let entries: u32 = around.iter().map(|(other, _)| ranges[other][1]).sum();
+            ranges[column][0] = begin;
+            begin += (times * entries).div_ceil(Block::COUNT);
+        }
+        for [_, entries] in ranges.iter_mut() {
+            *entries = 0;
+        }
+        // Each is emptied when it is needed.
+        if blocks.len() < begin as usize {
+            blocks.resize(begin as usize, Block::EMPTY);
         }
     }
-}
 
-/// A candidate in the list of a column.
-#[derive(Debug, Clone, Copy)]
-struct Entry {
-    across: [f64; 2],
-    sphere: u32,
-    /// Whether it is the image one period before.
-    image: bool,
-}
-
-/// Pixels along each side of the square around a sphere.
-const PIXELS: usize = 16;
-
-/// A set of pixels.
-type Mask = [u64; PIXELS * PIXELS / 64];
-
-/// What hides what: seen from one sphere, another in a pixel hides those behind it in other pixels.
-#[derive(Debug)]
-struct Shadows {
-    /// Pixels hidden by a sphere anywhere in each.
-    behind: Box<[Mask]>,
-    /// Pixels in which spheres can be touched.
-    all: Mask,
-}
-
-#[inline]
-fn contains(mask: &Mask, pixel: usize) -> bool {
-    mask[pixel / 64] >> (pixel % 64) & 1 == 1
-}
-
-impl Shadows {
-    fn get() -> &'static Self {
-        static SHADOWS: OnceLock<Shadows> = OnceLock::new();
-        SHADOWS.get_or_init(Self::new)
-    }
-
-    /// The pixel of a displacement of at most about one diameter.
     #[inline]
-    fn pixel(displacement: [f64; 2]) -> usize {
-        // Adding this leaves an integer in the low bits: quicker than a conversion that saturates.
-        const INTEGER: f64 = 1.5 * (1_u64 << 52) as f64;
-        let [first, second] = displacement.map(|value| {
-            // Rounding to the nearest, half a pixel lower, is truncation.
-            let pixel = (value + 1.0) * (0.5 * PIXELS as f64) - 0.5 + INTEGER;
-            #[allow(clippy::cast_possible_truncation, clippy::cast_possible_wrap, clippy::cast_sign_loss)]
-            let pixel = (pixel.to_bits() as u32).cast_signed().clamp(0, PIXELS as i32 - 1) as usize;
-            pixel
-        });
-        first * PIXELS + second
-    }
-
-    fn new() -> Self {
-        /// Above all roundings, and above what square roots make of these.
-        const MARGIN: f64 = 1e-6;
-        let side = 2.0 / PIXELS as f64;
-        let corner = |pixel: usize| [pixel / PIXELS, pixel % PIXELS].map(|index| index as f64 * side - 1.0);
-        // Least and largest distance of points in two squares, the second of them a pixel.
-        let distances = |from: [f64; 2], size: f64, pixel: usize| {
-            let to = corner(pixel);
-            let (mut least, mut largest) = (0.0, 0.0);
-            for axis in 0..2 {
-                let (below, above) = (to[axis] - from[axis] - size, to[axis] + side - from[axis]);
-                let near = below.max(-above).max(0.0);
-                let far = above.max(-below);
-                (least, largest) = (least + near * near, largest + far * far);
+    fn enter(&mut self, columns: &Columns, candidate: &Candidate, relative: [f32; 2], sphere: u32) {
+        for (column, shift) in self.around[candidate.column as usize].iter() {
+            let [begin, entries] = &mut self.ranges[column];
+            let (block, place) = (*entries as usize / Block::ENTRIES, *entries as usize % Block::ENTRIES);
+            *entries += 1;
+            let block = &mut self.blocks[*begin as usize + block];
+            if place == 0 {
+                *block = Block::EMPTY;
             }
-            [least, largest]
-        };
-        let height = |squared: f64| f64::max(1.0 - squared, 0.0).sqrt();
-        let count = PIXELS * PIXELS;
-        let mut all = Mask::default();
-        let mut behind = vec![Mask::default(); count];
-        for far in 0..count {
-            let [least, _] = distances([0.0; 2], 0.0, far);
-            if least > 1.0 + MARGIN {
-                continue;
-            }
-            all[far / 64] |= 1 << (far % 64);
-            for (near, hidden) in behind.iter_mut().enumerate() {
-                let [_, to_near] = distances([0.0; 2], 0.0, near);
-                let [_, between] = distances(corner(near), side, far);
-                // On the way from the one to the other at least as long as if they touched directly.
-                if between < 1.0 - MARGIN && height(to_near) + height(between) > height(least) + MARGIN {
-                    hidden[far / 64] |= 1 << (far % 64);
-                }
-            }
+            let shift = columns.shift(shift);
+            block.across[0][place] = relative[0] + shift[0];
+            block.across[1][place] = relative[1] + shift[1];
+            block.spheres[place] = sphere;
         }
-        Self { behind: behind.into(), all }
     }
 }
 
 /// The graph of a tile.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Constraints {
-    links: Vec<Link>,
-    /// Where the links of each mobile sphere begin: those behind it, then those ahead; and the end.
-    starts: Vec<u32>,
+    /// Of each mobile sphere what is behind it and what is ahead, then what found no room there.
+    links: Vec<Links>,
     /// Memory that is used again.
-    lists: Vec<Vec<Entry>>,
-    edges: Vec<(u32, Link)>,
+    lists: Lists,
+    across: Vec<[f64; 2]>,
 }
 
 impl Constraints {
@@ -197,105 +131,99 @@ impl Constraints {
         contact: f64,
         period: Option<f64>,
     ) {
+        /// Above what single precision makes of the square of one diameter.
+        const WITHIN: f32 = 1.0 + 1e-5;
         let shadows = Shadows::get();
-        let count = columns.counts[0] * columns.counts[1];
-        if self.lists.len() < count {
-            self.lists.resize_with(count, Vec::new);
+        self.links.clear();
+        // Half as many again find room: so memory does not grow for ever.
+        self.links.reserve(3 * mobile);
+        self.links.resize(2 * mobile, Links::EMPTY);
+        self.across.resize(candidates.len(), [0.0; 2]);
+        for candidate in candidates {
+            self.across[candidate.sphere as usize] = candidate.across;
         }
-        self.lists.iter_mut().for_each(Vec::clear);
-        self.edges.clear();
+        self.lists.clear(columns, candidates, if period.is_some() { 2 } else { 1 });
         if period.is_some() {
             for candidate in candidates {
-                self.list(columns, candidate, true);
+                let relative = columns.relative(candidate.column, candidate.across);
+                self.lists.enter(columns, candidate, relative, candidate.sphere | IMAGE);
             }
         }
         for candidate in candidates {
-            let mut hidden = Mask::default();
+            let relative = columns.relative(candidate.column, candidate.across);
+            let [begin, entries] = self.lists.ranges[candidate.column as usize];
+            let end = begin + entries.div_ceil(Block::COUNT);
             let frozen = candidate.sphere as usize >= mobile;
-            // The nearest first.
-            for entry in self.lists[candidate.column as usize].iter().rev() {
-                let displacement = [0, 1].map(|axis: usize| entry.across[axis] - candidate.across[axis]);
-                let squared = displacement[0] * displacement[0] + displacement[1] * displacement[1];
-                if squared >= contact {
-                    continue;
-                }
-                if entry.image && entry.sphere == candidate.sphere {
-                    // Once round.
-                    break;
-                }
-                let pixel = Shadows::pixel(displacement);
-                if !contains(&hidden, pixel) && (!frozen || (entry.sphere as usize) < mobile) {
-                    let reach = (contact - squared).sqrt();
-                    let reach = if entry.image { reach - period.unwrap_or(0.0) } else { reach };
-                    self.edges.push((entry.sphere, Link { reach, other: candidate.sphere }));
-                }
-                // Nearly one diameter off, it might be passed.
-                if squared < 1.0 - 1e-6 {
-                    let behind = &shadows.behind[pixel];
-                    let mut left = 0;
-                    for word in 0..hidden.len() {
-                        hidden[word] |= behind[word];
-                        left |= shadows.all[word] & !hidden[word];
+            let mut hidden = Mask::default();
+            'nearest_first: for block in self.lists.blocks[begin as usize..end as usize].iter().rev() {
+                let Block { across: [first, second], spheres } = block;
+                let (a, b) = (f32x8::new(*first) - relative[0], f32x8::new(*second) - relative[1]);
+                let mut near = (a * a + b * b).simd_lt(f32x8::splat(WITHIN)).to_bitmask();
+                while near != 0 {
+                    let slot = (near.ilog2() as usize) % Block::ENTRIES;
+                    near ^= 1 << slot;
+                    let (sphere, image) = (spheres[slot] & !IMAGE, spheres[slot] & IMAGE != 0);
+                    if image && sphere == candidate.sphere {
+                        // Once round.
+                        break 'nearest_first;
                     }
-                    if left == 0 {
-                        break;
+                    let displacement = [first[slot] - relative[0], second[slot] - relative[1]];
+                    let pixel = shadows::pixel(displacement);
+                    if !shadows::contains(&hidden, pixel) && (!frozen || (sphere as usize) < mobile) {
+                        let squared =
+                            columns.squared_distance(self.across[sphere as usize], candidate.across);
+                        if squared < contact {
+                            let reach = (contact - squared).sqrt();
+                            let reach = if image { reach - period.unwrap_or(0.0) } else { reach };
+                            link(&mut self.links, mobile, candidate.sphere, false, reach, sphere);
+                            link(&mut self.links, mobile, sphere, true, reach, candidate.sphere);
+                        }
+                    }
+                    if shadows.hide(displacement, pixel, &mut hidden) {
+                        break 'nearest_first;
                     }
                 }
             }
-            self.list(columns, candidate, false);
+            self.lists.enter(columns, candidate, relative, candidate.sphere);
         }
-        self.sort(mobile);
     }
 
+    /// The first spheres that a mobile one may touch on its way.
     #[inline]
-    fn list(&mut self, columns: &Columns, candidate: &Candidate, image: bool) {
-        let lists = &mut self.lists;
-        columns.around(candidate.column, |column, shifts| {
-            // Seen from beyond an edge, coordinates differ by a period.
-            let across = [0, 1].map(|axis: usize| candidate.across[axis] + shifts[axis]);
-            lists[column].push(Entry { across, sphere: candidate.sphere, image });
-        });
+    pub(super) fn links(&self, sphere: usize, forward: bool) -> &Links {
+        &self.links[2 * sphere + usize::from(forward)]
     }
 
-    /// Puts the edges in the order of the spheres, from both ends.
-    fn sort(&mut self, mobile: usize) {
-        let Self { links, starts, edges, .. } = self;
-        starts.clear();
-        starts.resize(2 * mobile + 2, 0);
-        // Twice the sphere for what is behind, one more for what is ahead.
-        let ends = |&(behind, Link { reach, other }): &(u32, Link)| {
-            [
-                (2 * other as usize, Link { reach, other: behind }),
-                (2 * behind as usize + 1, Link { reach, other }),
-            ]
-        };
-        for edge in edges.iter() {
-            for (slot, _) in ends(edge) {
-                if slot < 2 * mobile {
-                    starts[slot + 2] += 1;
-                }
-            }
-        }
-        for slot in 2..starts.len() {
-            starts[slot] += starts[slot - 1];
-        }
-        links.clear();
-        links.resize(starts.last().map_or(0, |&end| end as usize), Link::default());
-        for edge in edges.iter() {
-            for (slot, link) in ends(edge) {
-                if slot < 2 * mobile {
-                    links[starts[slot + 1] as usize] = link;
-                    starts[slot + 1] += 1;
-                }
-            }
-        }
-    }
-
-    /// Spheres that a mobile one may touch on its way.
+    /// More of them.
     #[inline]
-    pub(super) fn links(&self, sphere: usize, forward: bool) -> &[Link] {
-        let slot = 2 * sphere + usize::from(forward);
-        &self.links[self.starts[slot] as usize..self.starts[slot + 1] as usize]
+    pub(super) fn more(&self, links: &Links) -> Option<&Links> {
+        if links.more == 0 { None } else { Some(&self.links[links.more as usize]) }
+    }
+}
+
+/// Notes that a sphere may touch another, if it moves.
+#[inline]
+fn link(all: &mut Vec<Links>, mobile: usize, sphere: u32, forward: bool, reach: f64, other: u32) {
+    if sphere as usize >= mobile {
+        return;
+    }
+    let mut row = 2 * sphere as usize + usize::from(forward);
+    loop {
+        let links = &mut all[row];
+        if let Some(slot) = links.reach.get_mut(links.used as usize) {
+            *slot = reach;
+            links.other[links.used as usize] = other;
+            links.used += 1;
+            return;
+        }
+        if links.more == 0 {
+            // There are not many times as many as spheres, which fit a u32.
+            #[allow(clippy::cast_possible_truncation)]
+            let new = all.len() as u32;
+            all[row].more = new;
+            all.push(Links::EMPTY);
+        }
+        row = all[row].more as usize;
     }
 }
 
@@ -355,12 +283,16 @@ mod tests {
                         let along = other[0] - from[0];
                         if forward { along } else { -along }
                     };
-                    let found = constraints.links(sphere, forward);
-                    links += found.len();
-                    let found = found
-                        .iter()
-                        .map(|link| ahead(&spheres[link.other as usize]) - link.reach)
-                        .fold(f64::INFINITY, f64::min);
+                    let mut found = f64::INFINITY;
+                    let rows = std::iter::successors(Some(constraints.links(sphere, forward)), |row| {
+                        constraints.more(row)
+                    });
+                    for row in rows {
+                        links += row.used as usize;
+                        for (&other, reach) in row.other.iter().zip(row.reach) {
+                            found = found.min(ahead(&spheres[other as usize]) - reach);
+                        }
+                    }
                     let mut expected = f64::INFINITY;
                     for (_, to) in spheres.iter().enumerate().filter(|&(other, _)| other != sphere) {
                         let across = |axis: usize| {

@@ -16,12 +16,8 @@ pub(super) struct Sizes {
     pub(super) spheres: f64,
     /// Least widths of what moves in a tile: of the base, and of tiles along the base.
     pub(super) least: [f64; 2],
-    /// Mean path of the chains of one visit, in diameters per mobile sphere.
-    pub(super) path: f64,
-    /// Fewest tiles to be visited together, for the cores to share.
+    /// Fewest tiles to be visited together, for the cores to share, and most before it is entered what became of them.
     pub(super) together: usize,
-    /// Least number of tiles of the base.
-    pub(super) tiles: usize,
 }
 
 /// A range of a coordinate across the chains. What lies in it is mobile.
@@ -101,11 +97,12 @@ struct Division {
 }
 
 impl Division {
-    /// Sections of at least `width`, if two of them fit.
-    fn new(extent: f64, periodic: bool, width: f64) -> Self {
+    /// Sections of about `width`, and at least `least`, if two of them fit.
+    fn new(extent: f64, periodic: bool, width: f64, least: f64) -> Self {
+        let [wanted, most] = [width, least].map(|width| extent / (width + STRIP));
         // At most 1e6.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let fitting = (extent / (width + STRIP)) as usize;
+        let fitting = wanted.round().min(most) as usize;
         if fitting < 2 {
             return Self { extent, periodic, sections: 1, pitch: extent };
         }
@@ -154,7 +151,7 @@ impl Cut {
             if axis == 0 { (column, sizes.least[0]) } else { (DENSITY * extents[axis], sizes.least[1]) };
         let area = sizes.spheres / density;
         let across = Self::ACROSS[axis];
-        let divide = |axis: usize, width: f64| Division::new(extents[axis], axis != 0, width.max(least));
+        let divide = |axis: usize, width: f64| Division::new(extents[axis], axis != 0, width, least);
         // The narrower first: where it is not cut, tiles are the longer along the other.
         let (narrow, wide) = if extents[across[0]] <= extents[across[1]] { (0, 1) } else { (1, 0) };
         let mut divisions = [divide(across[narrow], area.sqrt()); 2];
@@ -202,7 +199,7 @@ mod tests {
 
     #[test]
     fn every_place_is_mobile_as_often_as_any_other_and_in_one_tile_only() {
-        let sizes = Sizes { spheres: 0.0, least: [2.0, 1.5], path: 1.0, together: 1, tiles: 4 };
+        let sizes = Sizes { spheres: 0.0, least: [2.0, 1.5], together: 1 };
         let slab = Slab::new(14.0, 10.0, 4.0).unwrap();
         let extents = [slab.height(), 10.0, 4.0];
         let mut generator = Generator::seed_from_u64(1);

@@ -11,7 +11,6 @@ use crate::frame::Phase;
 /// where spheres are dense would favor what is not.
 pub(super) struct StallGuard {
     phase: Phase,
-    most: u32,
     length: f64,
     /// Straight pieces since the mark.
     pieces: u32,
@@ -23,21 +22,14 @@ pub(super) struct StallGuard {
 
 impl StallGuard {
     /// Straight pieces within which a chain must advance by one diameter. Only spheres that are jammed to a
-    /// hundred-thousandth of a diameter need more.
-    pub(super) const PIECES: u32 = 100_000;
-    /// The same in tiles.
-    const PIECES_BETWEEN_FROZEN: u32 = 1_000_000;
+    /// millionth of a diameter need more, or one between two frozen ones that leave it next to no room: it goes to and fro until
+    /// the chain is over.
+    pub(super) const PIECES: u32 = 1_000_000;
     /// The same while equilibrating.
     pub(super) const PIECES_IN_EQUILIBRATION: u32 = 10_000;
 
     pub(super) fn new(length: f64, phase: Phase) -> Self {
-        Self { phase, most: Self::PIECES, length, pieces: 0, field_events: 0, mark: length }
-    }
-
-    /// Of a chain of a tile. A sphere may sit between two frozen ones that leave it next to no room, and
-    /// goes to and fro until the chain is over.
-    pub(super) fn between_frozen(length: f64, phase: Phase) -> Self {
-        Self { most: Self::PIECES_BETWEEN_FROZEN, ..Self::new(length, phase) }
+        Self { phase, length, pieces: 0, field_events: 0, mark: length }
     }
 
     /// Counts that the field has stopped the chain.
@@ -59,7 +51,7 @@ impl StallGuard {
             (self.pieces, self.field_events, self.mark) = (0, 0, left);
         } else if self.phase == Phase::Equilibration {
             return Ok(false);
-        } else if self.pieces >= self.most {
+        } else if self.pieces >= Self::PIECES {
             let (length, path) = (self.length, self.length - left);
             return Err(Error::ChainStuck { length, path, field_events: self.field_events });
         }

@@ -1,7 +1,11 @@
 //! Rules for field events, right and wrong, against the exact mean height of two spheres.
 
+use super::stall_guard::StallGuard;
 use super::*;
+use crate::Field;
 use crate::field::{ExponentialField, LinearField, UniformField};
+use crate::frame::Phase;
+use crate::observer::AcceptedMove;
 use crate::observers::CenterOfMass;
 use crate::start::RandomInsertion;
 use crate::temperature::Isothermal;
@@ -83,9 +87,9 @@ fn a_chain_that_does_not_advance_is_given_up() {
         }
         assert!(pieces >= least && pieces <= most);
         // A diameter in every few thousand pieces is enough for ever.
-        let mut stall_guard = StallGuard::new(100.0, phase);
-        for piece in 0..400_000 {
-            assert!(stall_guard.lasts(100.0 - f64::from(piece) / 5000.0).unwrap());
+        let mut stall_guard = StallGuard::new(1000.0, phase);
+        for piece in 0..4_000_000 {
+            assert!(stall_guard.lasts(1000.0 - f64::from(piece) / 5000.0).unwrap());
         }
     }
 }

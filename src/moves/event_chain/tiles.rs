@@ -1,32 +1,35 @@
-//! Chains of a wide system, tile by tile.
+//! Chains, tile by tile.
 
+use super::EventChains;
 use super::cut::{Cut, Sizes};
+use super::enter::Entrance;
+use super::force_bound::ForceBounds;
+use super::length::ChainLength;
 use super::visit::{Common, Frozen, Outcome, Tile};
-use super::{EventChains, ForceBounds};
 use crate::configuration::Layer;
 use crate::drive::Drive;
 use crate::moves::{Sweep, local::derived};
-use crate::random::{Generator, index};
-use crate::{Error, Field, Slab, TemperatureProfile};
+use crate::random::{Generator, index, unit};
+use crate::{Error, Field, TemperatureProfile};
 use rand::Rng;
 use std::sync::{Mutex, PoisonError};
 
 impl Sizes {
     /// Found by measurement.
-    pub(super) const GOOD: Self =
-        Self { spheres: 32_000.0, least: [20.0, 8.0], path: 5.0, together: 16, tiles: 4 };
+    pub(super) const GOOD: Self = Self { spheres: 6000.0, least: [6.0, 6.0], together: 32 };
 }
 
-/// What chains of wide systems keep between sweeps.
+/// What chains keep between sweeps.
 #[derive(Debug)]
 pub(super) struct Tiles {
     pub(super) sizes: Sizes,
     pub(super) frozen: Frozen,
-    /// Path that chains along each axis are behind with, in diameters per sphere; negative when they are ahead.
-    owed: [f64; 3],
+    /// Path that vertical and lateral chains are behind with, in diameters per sphere; negative when they are ahead.
+    pub(super) owed: [f64; 2],
     /// Numbers of tiles, of which some are drawn.
     order: Vec<u32>,
     outcomes: Vec<Outcome>,
+    entrance: Entrance,
     /// One for every thread.
     scratch: Mutex<Vec<Tile>>,
 }
@@ -34,6 +37,26 @@ pub(super) struct Tiles {
 impl Clone for Tiles {
     fn clone(&self) -> Self {
         Self { owed: self.owed, frozen: self.frozen, ..Self::new(self.sizes) }
+    }
+}
+
+/// Visits to tiles for chains along one axis.
+#[derive(Debug, Clone, Copy)]
+struct Turn {
+    cut: Cut,
+    /// Tiles that are visited.
+    visits: usize,
+    /// Mean path of the chains of one, in diameters per mobile sphere.
+    path: f64,
+    /// Mean of a chain.
+    length: f64,
+    /// Path of all, in diameters per sphere of the system.
+    pays: f64,
+}
+
+impl Turn {
+    fn frequency(&self) -> f64 {
+        1.0 / self.pays
     }
 }
 
@@ -50,67 +73,67 @@ impl Tiles {
         Self {
             sizes,
             frozen: Frozen::Turns,
-            owed: [0.0; 3],
+            owed: [0.0; 2],
             order: Vec::new(),
             outcomes: Vec::new(),
+            entrance: Entrance::default(),
             scratch: Mutex::default(),
         }
     }
 
-    /// What chains along each axis are behind with: all that is kept from one sweep to the next.
-    #[cfg(feature = "checkpoint")]
-    pub(super) fn owed_mut(&mut self) -> &mut [f64; 3] {
-        &mut self.owed
-    }
-
-    /// Whether a system is wide enough.
-    pub(super) fn suit(&self, slab: &Slab, particles: usize) -> bool {
-        Cut::new(0, slab, particles, &self.sizes).tiles() >= self.sizes.tiles
-    }
-
-    /// The chains of a sweep, of mean `lengths` along the axes, that make a path of `path` per sphere.
+    /// The chains of a sweep, of mean `lengths` along the axes.
     pub(super) fn sweep<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
         &mut self,
         sweep: &mut Sweep<'_, F, T, D>,
         chains: &EventChains,
         bounds: &ForceBounds,
         lengths: [f64; 3],
-        path: f64,
+        length: &ChainLength,
     ) -> Result<Sums, Error> {
         let mut sums = Sums::default();
-        let lateral = 0.5 * (1.0 - chains.vertical_fraction);
-        for (axis, share) in [chains.vertical_fraction, lateral, lateral].into_iter().enumerate() {
-            let slab = *sweep.configuration.slab();
+        let (slab, spheres) = (*sweep.configuration.slab(), sweep.configuration.len() as f64);
+        let turns = [0, 1, 2].map(|axis| {
             let cut = Cut::new(axis, &slab, sweep.configuration.len(), &self.sizes);
-            self.owed[axis] += path * share;
-            if self.owed[axis] <= 0.0 {
-                continue;
+            let (tiles, mobile) = (cut.tiles(), cut.mobile());
+            // At least one chain, where a tile has as many spheres as others.
+            let least = lengths[axis] / (spheres * mobile / tiles as f64).max(1.0);
+            let path = length.path_per_visit.max(least);
+            // Paths, and with them numbers of visits, depend on sizes only.
+            let visits = tiles.min(self.sizes.together);
+            Turn {
+                cut,
+                visits,
+                path,
+                length: lengths[axis],
+                pays: path * mobile * visits as f64 / tiles as f64,
             }
-            // What a visit to one of the tiles pays back. Numbers of visits depend on sizes only.
-            let tiles = cut.tiles();
-            let payment = self.sizes.path * cut.mobile() / tiles as f64;
-            // At most the number of tiles.
-            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-            let due = (self.owed[axis] / payment).ceil() as usize;
-            let visits = due.max(self.sizes.together).min(tiles);
-            self.owed[axis] -= payment * visits as f64;
-            self.visit(sweep, chains, bounds, cut, visits, lengths[axis], &mut sums)?;
+        });
+        for (owed, turns, share) in
+            [(0, &turns[..1], chains.vertical_fraction), (1, &turns[1..], 1.0 - chains.vertical_fraction)]
+        {
+            // Each with its half of the path.
+            let first = turns[0].frequency() / turns.iter().map(Turn::frequency).sum::<f64>();
+            // What one sweep uses too much, later ones use less. What one that failed did not use is not made up for.
+            self.owed[owed] = self.owed[owed].min(0.0) + share * length.path_per_sphere;
+            while self.owed[owed] > 0.0 {
+                let turn = &turns[usize::from(unit(sweep.generator) >= first)];
+                self.owed[owed] -= turn.pays;
+                self.visit(sweep, chains, bounds, turn, &mut sums)?;
+            }
         }
         Ok(sums)
     }
 
     /// Visits some tiles of a cut, drawn at random.
-    #[allow(clippy::too_many_arguments)]
     fn visit<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
         &mut self,
         sweep: &mut Sweep<'_, F, T, D>,
         chains: &EventChains,
         bounds: &ForceBounds,
-        cut: Cut,
-        visits: usize,
-        length: f64,
+        turn: &Turn,
         sums: &mut Sums,
     ) -> Result<(), Error> {
+        let &Turn { cut, visits, path, length, .. } = turn;
         let Sweep { scene, drive, configuration, generator, move_counts, phase, recorder } = sweep;
         let shifted = cut.shifted(generator);
         // At most as many as cells, which fit a u32.
@@ -133,14 +156,13 @@ impl Tiles {
             frozen: self.frozen,
             phase: *phase,
             axis: cut.axis,
-            path: self.sizes.path,
+            chains: path / length,
             length,
             record: recorder.is_some(),
         };
-        let group = at_once(common.record);
-        if self.outcomes.len() < group {
-            self.outcomes.resize_with(group, Outcome::default);
-        }
+        // What is entered together decides on places in layers, so it must not depend on the number of threads.
+        let group = self.sizes.together;
+        self.outcomes.resize_with(self.outcomes.len().max(group.min(visits)), Outcome::default);
         for numbers in self.order[..visits].chunks(group) {
             let outcomes = &mut self.outcomes[..numbers.len()];
             let scratch = &self.scratch;
@@ -152,20 +174,9 @@ impl Tiles {
                 tile.visit(&common, seen, shifted.tile(number as usize), generator, outcome);
                 scratch.lock().unwrap_or_else(PoisonError::into_inner).push(tile);
             });
+            self.entrance.enter(cut.axis, grid, layers, outcomes);
             // In the order of the tiles, whoever was done first.
             for outcome in outcomes.iter_mut() {
-                for &(layer, index, along) in &outcome.moved {
-                    let mut position = layers[layer as usize].spheres[index as usize].position;
-                    position[cut.axis] = along;
-                    let spot = grid.spot(position);
-                    let (to, site) = (spot.layer as usize + 1, grid.site(&spot, position));
-                    if to == layer as usize {
-                        layers[to].shift(grid, index, &site);
-                    } else {
-                        let number = layers[layer as usize].remove(grid, index);
-                        layers[to].insert(grid, &site, number);
-                    }
-                }
                 move_counts.events += outcome.events;
                 move_counts.chains += outcome.chains;
                 if cut.axis == 0 {
@@ -183,20 +194,6 @@ impl Tiles {
         }
         Ok(())
     }
-}
-
-/// Number of tiles that are visited before what became of them is entered.
-#[cfg(not(feature = "rayon"))]
-fn at_once(_: bool) -> usize {
-    1
-}
-
-/// Number of tiles that are visited at the same time before what became of them is entered. The outcome
-/// does not depend on it.
-#[cfg(feature = "rayon")]
-fn at_once(record: bool) -> usize {
-    // What is recorded takes memory.
-    rayon::current_num_threads() * if record { 1 } else { 16 }
 }
 
 /// Calls `visit` for each tile.

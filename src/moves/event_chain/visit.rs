@@ -1,17 +1,16 @@
 //! The chains of one visit to a tile.
 
-use super::constraints::{Candidate, Columns, Constraints};
+use super::FieldEvent;
+use super::columns::Columns;
+use super::constraints::{Candidate, Constraints};
 use super::cut::{Cut, Section};
 use super::force_bound::ForceBounds;
-use super::stall_guard::StallGuard;
-use super::{FieldEvent, field_event};
-use crate::configuration::{Grid, Layer};
+use crate::configuration::{Grid, Layer, NOBODY};
 use crate::drive::Drive;
 use crate::frame::Phase;
-use crate::observer::{AcceptedMove, Collision, Recorder};
-use crate::random::{Generator, exponential, index, unit};
+use crate::observer::{ChainPiece, Recorder};
+use crate::random::{Generator, unit};
 use crate::{Error, Field, Scene, TemperatureProfile};
-use nalgebra::Vector3;
 
 /// What all tiles of a cut read.
 #[derive(Debug)]
@@ -24,9 +23,9 @@ pub(super) struct Common<'a, F, T, D> {
     pub(super) frozen: Frozen,
     pub(super) phase: Phase,
     pub(super) axis: usize,
-    /// Mean of the chains of a visit together, per mobile sphere.
-    pub(super) path: f64,
-    /// Mean of a chain.
+    /// Mean number of chains of a visit, per mobile sphere.
+    pub(super) chains: f64,
+    /// Mean length of a chain.
     pub(super) length: f64,
     pub(super) record: bool,
 }
@@ -42,12 +41,13 @@ pub(super) enum Frozen {
     Ends,
 }
 
-/// What a recorder is told.
+/// A sphere that has moved.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Event {
-    Move(AcceptedMove),
-    Collision(Collision),
-    Chain(f64),
+pub(super) struct Moved {
+    /// In its layer.
+    pub(super) index: u32,
+    /// Where it is now along the axis.
+    pub(super) along: f64,
 }
 
 /// What the chains of a visit came to.
@@ -58,28 +58,39 @@ pub(super) struct Outcome {
     pub(super) path: f64,
     pub(super) field_events: u64,
     /// Filled only if somebody wants to know.
-    recorded: Vec<Event>,
-    /// Layer and index of spheres that moved, and where they are now along the axis.
-    pub(super) moved: Vec<(u32, u32, f64)>,
+    pub(super) pieces: Vec<ChainPiece>,
+    lengths: Vec<f64>,
+    /// Spheres that moved, layer by layer.
+    moved: Vec<Moved>,
+    /// The first layer, and where those of each end.
+    first_layer: usize,
+    ends: Vec<u32>,
     pub(super) error: Option<Error>,
 }
 
 impl Outcome {
     fn clear(&mut self) {
         (self.events, self.chains, self.path, self.field_events) = (0, 0, 0.0, 0);
-        self.recorded.clear();
+        self.pieces.clear();
+        self.lengths.clear();
         self.moved.clear();
+        self.ends.clear();
         self.error = None;
+    }
+
+    /// Spheres of a layer that moved.
+    pub(super) fn moved_from(&self, layer: usize) -> &[Moved] {
+        let Some(place) = layer.checked_sub(self.first_layer) else { return &[] };
+        let Some(&end) = self.ends.get(place) else { return &[] };
+        let begin = place.checked_sub(1).map_or(0, |before| self.ends[before]);
+        &self.moved[begin as usize..end as usize]
     }
 
     /// Tells what happened, in the order in which it did.
     pub(super) fn tell(&self, axis: usize, recorder: &mut dyn Recorder) {
-        for event in &self.recorded {
-            match event {
-                Event::Move(accepted) => recorder.record_move(accepted),
-                Event::Collision(collision) => recorder.record_collision(collision),
-                Event::Chain(length) => recorder.record_chain(axis, *length),
-            }
+        recorder.record_pieces(axis, &self.pieces);
+        for &length in &self.lengths {
+            recorder.record_chain(axis, length);
         }
     }
 }
@@ -90,30 +101,32 @@ struct Found {
     along: f64,
     across: [f64; 2],
     number: u32,
-    layer: u32,
+    /// In its layer.
     index: u32,
+    column: u32,
     mobile: bool,
 }
 
 /// A copy of what a tile contains, and the memory for the next.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Tile {
+    /// Layer by layer.
     found: Vec<Found>,
+    /// The first layer, and where those of each end.
+    first_layer: usize,
+    ends: Vec<u32>,
+    /// Coordinate along the axis, as a whole number of the same order, number and place among those found, in this order.
+    order: Vec<(u64, u32, u32)>,
+    slices: Vec<u32>,
+    /// Which sphere of the tile each of those found is.
+    spheres: Vec<u32>,
     candidates: Vec<Candidate>,
-    constraints: Constraints,
+    pub(super) constraints: Constraints,
     /// Coordinates of the spheres along the axis, the mobile ones first. Beyond the ends of a periodic axis they go on.
-    along: Vec<f64>,
+    pub(super) along: Vec<f64>,
     /// Heights of the spheres, for recorders of chains across.
-    heights: Vec<f64>,
-    mobile: usize,
-}
-
-/// What ends a straight piece.
-enum Stop {
-    End,
-    Contact { sphere: usize, reach: f64 },
-    Wall,
-    Field { bound: f64 },
+    pub(super) heights: Vec<f64>,
+    pub(super) mobile: usize,
 }
 
 impl Tile {
@@ -127,36 +140,77 @@ impl Tile {
         outcome: &mut Outcome,
     ) {
         outcome.clear();
-        self.gather(common.axis, common.grid, layers, sections);
+        let columns =
+            Columns::new(sections.map(|section| section.extent()), sections.map(|section| section.repeats()));
+        self.gather(common.axis, common.grid, layers, sections, &columns);
         if self.mobile == 0 {
             return;
         }
-        self.constrain(common, sections);
-        // In proportion to the number of spheres, or those of crowded tiles would move less; random, so that the last chain, which
-        // is cut short, is not commensurate with anything.
-        let mut left = (0.5 + unit(generator)) * common.path * self.mobile as f64;
-        while left > 0.0 {
-            let length = (2.0 * common.length * unit(generator)).min(left);
-            left -= length;
-            let mut rest = length;
-            let ended = self.chain(common, &mut rest, generator, outcome);
-            let path = length - rest;
-            outcome.path += path;
-            if let Err(error) = ended {
-                outcome.error = Some(error);
-                break;
-            }
-            outcome.chains += 1;
-            if common.record {
-                outcome.recorded.push(Event::Chain(path));
+        self.sort();
+        self.number(&columns);
+        if common.record && common.axis != 0 {
+            self.heights.resize(self.found.len(), 0.0);
+            for candidate in &self.candidates {
+                self.heights[candidate.sphere as usize] = candidate.across[0] + sections[0].low();
             }
         }
+        let period = (common.axis > 0).then(|| common.grid.widths[common.axis - 1]);
+        self.constraints.find(&columns, &self.candidates, self.mobile, common.grid.contact(), period);
+        self.run(common, generator, outcome);
         self.list_moved(common, outcome);
     }
 
+    /// Runs the chains.
+    fn run<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
+        &mut self,
+        common: &Common<'_, F, T, D>,
+        generator: &mut Generator,
+        outcome: &mut Outcome,
+    ) {
+        // In proportion to the number of spheres, or those of crowded tiles would move less.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let chains = (common.chains * self.mobile as f64 + unit(generator)) as u64;
+        let vertical = common.axis == 0;
+        let chain = match (vertical, common.record) {
+            (true, false) => Self::chain::<F, T, D, true, false>,
+            (true, true) => Self::chain::<F, T, D, true, true>,
+            (false, false) => Self::chain::<F, T, D, false, false>,
+            (false, true) => Self::chain::<F, T, D, false, true>,
+        };
+        let mut forward = unit(generator) < 0.5;
+        for number in 0..chains {
+            // One that goes on in the direction of the last undoes nothing. The field turns vertical ones round anyway.
+            if vertical && number > 0 {
+                forward = unit(generator) < 0.5;
+            }
+            let length = 2.0 * common.length * unit(generator);
+            let mut left = length;
+            let ended = chain(self, common, &mut left, &mut forward, generator, outcome);
+            let path = length - left;
+            outcome.path += path;
+            if let Err(error) = ended {
+                outcome.error = Some(error);
+                return;
+            }
+            outcome.chains += 1;
+            if common.record {
+                outcome.lengths.push(path);
+            }
+        }
+    }
+
     /// Lists the spheres in and beside a tile.
-    fn gather(&mut self, axis: usize, grid: &Grid, layers: &[Layer], sections: [Section; 2]) {
-        self.found.clear();
+    fn gather(
+        &mut self,
+        axis: usize,
+        grid: &Grid,
+        layers: &[Layer],
+        sections: [Section; 2],
+        columns: &Columns,
+    ) {
+        let Self { found, ends, .. } = self;
+        found.clear();
+        ends.clear();
         let across = Cut::ACROSS[axis];
         let mut ranges = grid.cells.map(|cells| (0, cells));
         for (section, axis) in sections.iter().zip(across) {
@@ -167,193 +221,136 @@ impl Tile {
             let cells = grid.cells[axis];
             (first..first + count).map(move |cell| if cell >= cells { cell - cells } else { cell })
         };
+        let mut mobile = 0;
+        let mut find = |found: &mut Vec<Found>, layer: &Layer, index: u32| {
+            let sphere = &layer.spheres[index as usize];
+            let [first, second] =
+                [0, 1].map(|side: usize| sections[side].locate(sphere.position[across[side]]));
+            let (Some((first, in_first)), Some((second, in_second))) = (first, second) else {
+                return;
+            };
+            mobile += usize::from(in_first && in_second);
+            found.push(Found {
+                along: sphere.position[axis],
+                across: [first, second],
+                number: sphere.number,
+                index,
+                column: columns.column([first, second]),
+                mobile: in_first && in_second,
+            });
+        };
+        // Where most of a layer is in reach, spheres are read in the order of memory.
+        let whole = (1..3).all(|axis| ranges[axis].1 == grid.cells[axis]);
         // The first layer is what is beyond the wall.
-        for number in wrapped(0).map(|layer| layer + 1) {
-            let layer = &layers[number];
-            for y in wrapped(1) {
-                for z in wrapped(2) {
-                    for index in layer.indices_in(grid.cell(y, z)) {
-                        let sphere = &layer.spheres[index as usize];
-                        let [first, second] =
-                            [0, 1].map(|side: usize| sections[side].locate(sphere.position[across[side]]));
-                        let (Some((first, in_first)), Some((second, in_second))) = (first, second) else {
-                            continue;
-                        };
-                        // Layers are at most as many as fit a u32.
-                        #[allow(clippy::cast_possible_truncation)]
-                        let layer = number as u32;
-                        self.found.push(Found {
-                            along: sphere.position[axis],
-                            across: [first, second],
-                            number: sphere.number,
-                            layer,
-                            index,
-                            mobile: in_first && in_second,
-                        });
+        let (first, count) = ranges[0];
+        self.first_layer = first + 1;
+        for layer in &layers[first + 1..=first + count] {
+            if whole {
+                for (index, sphere) in (0..).zip(&layer.spheres) {
+                    if sphere.number != NOBODY {
+                        find(found, layer, index);
+                    }
+                }
+            } else {
+                for y in wrapped(1) {
+                    for z in wrapped(2) {
+                        layer.indices_in(grid.cell(y, z)).for_each(|index| find(found, layer, index));
                     }
                 }
             }
-        }
-        // Numbers make the order unique, whatever the cells did with it.
-        self.found.sort_unstable_by(|a, b| a.along.total_cmp(&b.along).then(a.number.cmp(&b.number)));
-        self.mobile = self.found.iter().filter(|found| found.mobile).count();
-    }
-
-    /// Numbers the spheres and finds out who can touch whom.
-    fn constrain<F, T, D>(&mut self, common: &Common<'_, F, T, D>, sections: [Section; 2]) {
-        let columns =
-            Columns::new(sections.map(|section| section.extent()), sections.map(|section| section.repeats()));
-        self.candidates.clear();
-        self.along.clear();
-        self.along.resize(self.found.len(), 0.0);
-        let (mut mobile, mut frozen) = (0, self.mobile);
-        for found in &self.found {
-            let next = if found.mobile { &mut mobile } else { &mut frozen };
-            self.along[*next] = found.along;
             // The scene limits the number of spheres to u32.
             #[allow(clippy::cast_possible_truncation)]
-            let sphere = *next as u32;
-            *next += 1;
-            let column = columns.column(found.across);
-            self.candidates.push(Candidate { across: found.across, sphere, column });
+            ends.push(found.len() as u32);
         }
-        if common.record && common.axis != 0 {
-            self.heights.clear();
-            self.heights.resize(self.found.len(), 0.0);
-            for candidate in &self.candidates {
-                self.heights[candidate.sphere as usize] = candidate.across[0] + sections[0].low();
-            }
-        }
-        let period = (common.axis > 0).then(|| common.grid.widths[common.axis - 1]);
-        self.constraints.find(&columns, &self.candidates, self.mobile, common.grid.contact(), period);
+        self.mobile = mobile;
     }
 
-    /// A chain with `left` to go, as in an undivided system, except that spheres beside the tile are walls.
-    fn chain<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
-        &mut self,
-        common: &Common<'_, F, T, D>,
-        left: &mut f64,
-        generator: &mut Generator,
-        outcome: &mut Outcome,
-    ) -> Result<(), Error> {
-        let slab = common.scene.slab();
-        let vertical = common.axis == 0;
-        let (lowest, highest) = (slab.lowest_center(), slab.highest_center());
-        let mut sphere = index(generator, self.mobile);
-        let mut forward = unit(generator) < 0.5;
-        let mut stall_guard = StallGuard::between_frozen(*left, common.phase);
-        let mut clock = if vertical { exponential(generator) } else { f64::INFINITY };
-        loop {
-            let from = self.along[sphere];
-            let (mut distance, mut stop) = (*left, Stop::End);
-            if vertical {
-                let to_wall = if forward { highest - from } else { from - lowest };
-                if to_wall < distance {
-                    (distance, stop) = (to_wall, Stop::Wall);
-                }
-            }
-            let (mut nearest, mut touched, mut touch) = (distance, u32::MAX, 0.0);
-            for link in self.constraints.links(sphere, forward) {
-                let ahead = self.along[link.other as usize] - from;
-                let gap = if forward { ahead } else { -ahead } - link.reach;
-                if gap < nearest {
-                    (nearest, touched, touch) = (gap, link.other, link.reach);
-                }
-            }
-            if touched != u32::MAX {
-                // A pair that already touches to rounding passes the motion on at once.
-                distance = nearest.max(0.0);
-                stop = Stop::Contact { sphere: touched as usize, reach: touch };
-            }
-            if vertical
-                && let Some((event, bound)) =
-                    common.bounds.thinning_event(&mut clock, from, forward, distance)
-            {
-                (distance, stop) = (event, Stop::Field { bound });
-            }
-            let signed = if forward { distance } else { -distance };
-            let to = if vertical { (from + signed).clamp(lowest, highest) } else { from + signed };
-            self.along[sphere] = to;
-            *left -= distance;
-            if common.record {
-                let mut displacement = Vector3::zeros();
-                displacement[common.axis] = signed;
-                let from_height = if vertical { from } else { self.heights[sphere] };
-                let chain_axis = Some(common.axis);
-                outcome.recorded.push(Event::Move(AcceptedMove { from_height, displacement, chain_axis }));
-            }
-            if !stall_guard.lasts(*left)? {
-                return Ok(());
-            }
-            match stop {
-                Stop::End => return Ok(()),
-                Stop::Wall => {
-                    outcome.events += 1;
-                    forward = !forward;
-                }
-                Stop::Contact { sphere: other, reach } => {
-                    outcome.events += 1;
-                    if common.record {
-                        let heights = if vertical { &self.along } else { &self.heights };
-                        let (from_height, to_height) = (heights[sphere], heights[other]);
-                        let period = if vertical { 0.0 } else { common.grid.widths[common.axis - 1] };
-                        // Spheres that touch are at most one diameter apart, and a period is three at least.
-                        let separation = if reach < -0.5 { reach + period } else { reach };
-                        let axis = common.axis;
-                        outcome.recorded.push(Event::Collision(Collision {
-                            axis,
-                            from_height,
-                            to_height,
-                            separation,
-                        }));
-                    }
-                    if other < self.mobile {
-                        sphere = other;
-                    } else {
-                        match common.frozen {
-                            Frozen::Turns => forward = !forward,
-                            #[cfg(test)]
-                            Frozen::Ends => return Ok(()),
-                        }
-                    }
-                }
-                Stop::Field { bound } => {
-                    clock = exponential(generator);
-                    let force = common.drive.reduced_force(common.scene, to);
-                    let uphill = if forward { force } else { -force };
-                    if uphill.is_nan() || uphill > bound {
-                        return Err(Error::InvalidForce { height: to, force, bound });
-                    }
-                    if unit(generator) * bound < uphill {
-                        outcome.events += 1;
-                        outcome.field_events += 1;
-                        stall_guard.field_event();
-                        let force_of = |other: usize| {
-                            (self.along[other], common.drive.reduced_force(common.scene, self.along[other]))
-                        };
-                        (sphere, forward) =
-                            field_event(common.rule, generator, self.mobile, sphere, force, force_of)?;
-                    }
-                }
-            }
+    /// Brings the spheres into their order along the axis: roughly, then within slices.
+    fn sort(&mut self) {
+        /// Spheres of a slice, on average.
+        const SPHERES: usize = 8;
+        let Self { found, order, slices, .. } = self;
+        let largest = found.iter().fold(0.0, |largest, found| found.along.max(largest));
+        let count = found.len() / SPHERES + 1;
+        let scale = count as f64 / largest;
+        // Coordinates are not negative.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let slice = |along: f64| ((along * scale) as usize).min(count - 1);
+        slices.clear();
+        slices.resize(count + 1, 0);
+        for found in found.iter() {
+            slices[slice(found.along) + 1] += 1;
+        }
+        for slice in 1..=count {
+            slices[slice] += slices[slice - 1];
+        }
+        order.resize(found.len(), (0, 0, 0));
+        for (place, found) in (0..).zip(found.iter()) {
+            let next = &mut slices[slice(found.along)];
+            // Numbers make the order unique, whatever the cells did with it.
+            order[*next as usize] = (found.along.to_bits(), found.number, place);
+            *next += 1;
+        }
+        let mut begin = 0;
+        for &end in &slices[..count] {
+            order[begin..end as usize].sort_unstable();
+            begin = end as usize;
+        }
+    }
+
+    /// Numbers the spheres, mobile ones first and column by column, so that those near each other are kept together.
+    fn number(&mut self, columns: &Columns) {
+        let Self { found, order, slices: next, spheres, candidates, along, .. } = self;
+        next.clear();
+        next.resize(columns.count() + 1, 0);
+        for found in found.iter().filter(|found| found.mobile) {
+            next[found.column as usize + 1] += 1;
+        }
+        for column in 1..next.len() {
+            next[column] += next[column - 1];
+        }
+        candidates.clear();
+        spheres.resize(found.len(), 0);
+        along.resize(found.len(), 0.0);
+        let frozen = columns.count();
+        for &(_, _, place) in order.iter() {
+            let found = &found[place as usize];
+            let next = &mut next[if found.mobile { found.column as usize } else { frozen }];
+            let sphere = *next;
+            *next += 1;
+            spheres[place as usize] = sphere;
+            along[sphere as usize] = found.along;
+            candidates.push(Candidate { across: found.across, sphere, column: found.column });
         }
     }
 
     /// Notes where spheres have gone.
     fn list_moved<F, T, D>(&self, common: &Common<'_, F, T, D>, outcome: &mut Outcome) {
-        let mobile = self.found.iter().filter(|found| found.mobile);
-        for (found, &along) in mobile.zip(&self.along) {
-            // The same to the last bit: it has not moved.
-            if found.along.to_bits() != along.to_bits() {
-                let along = if common.axis == 0 {
-                    along
-                } else {
-                    let width = common.grid.widths[common.axis - 1];
-                    let within = along - width * (along / width).floor();
-                    if within >= width { 0.0 } else { within.max(0.0) }
-                };
-                outcome.moved.push((found.layer, found.index, along));
+        outcome.first_layer = self.first_layer;
+        let mut begin = 0;
+        for &end in &self.ends {
+            let listed = outcome.moved.len();
+            let places = begin as usize..end as usize;
+            for (found, &sphere) in self.found[places.clone()].iter().zip(&self.spheres[places]) {
+                let along = self.along[sphere as usize];
+                // The same to the last bit: it has not moved.
+                if found.mobile && found.along.to_bits() != along.to_bits() {
+                    let along = if common.axis == 0 {
+                        along
+                    } else {
+                        let width = common.grid.widths[common.axis - 1];
+                        let within = along - width * (along / width).floor();
+                        if within >= width { 0.0 } else { within.max(0.0) }
+                    };
+                    outcome.moved.push(Moved { index: found.index, along });
+                }
             }
+            // Whatever the order of the cells was.
+            outcome.moved[listed..].sort_unstable_by_key(|moved| moved.index);
+            // The scene limits the number of spheres to u32.
+            #[allow(clippy::cast_possible_truncation)]
+            outcome.ends.push(outcome.moved.len() as u32);
+            begin = end;
         }
     }
 }

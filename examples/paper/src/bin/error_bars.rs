@@ -18,9 +18,9 @@ use gradient_mc::start::Positions;
 use gradient_mc::statistics::{Estimate, mean_of_replicas};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal, TemperatureProfile};
 use gradient_mc::{Every, Scene, Simulation, Slab, WarningKind};
-use paper::study::{self, Watch};
+use paper::study;
 use paper::table::Table;
-use paper::{Ending, Failure, Report, Session};
+use paper::{Ending, Failure, Report, Session, Watch};
 use std::process::ExitCode;
 
 /// Measures how far results are from the truth in units of their error bars.
@@ -123,19 +123,19 @@ fn replica(
     watch: &Watch<'_>,
 ) -> Result<Vec<Outcome>, Failure> {
     let mut relaxed = Simulation::builder(scene(scene_name, side)?).seed(seed).build()?;
-    watch.sweeps(relaxation, 1, |sweeps| relaxed.equilibrate(sweeps, &mut ()))?;
+    watch.equilibrate(&mut relaxed, relaxation, 1, &mut ())?;
     let scene = scene(scene_name, side)?;
     let slab = *scene.slab();
     let builder = Simulation::builder(scene).start(Positions(relaxed.positions()));
     let mut simulation = builder.moves(moves(family)?).seed(!seed).build()?;
-    watch.sweeps(relaxation, 1, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
+    watch.equilibrate(&mut simulation, relaxation, 1, &mut ())?;
     let bins = Bins::of_width(BIN).from(0.5).to(16.0);
     let mut observers =
         Every::new(INTERVAL, (CenterOfMass::new(), EquationOfStateProfile::new(&slab, bins)?));
     let mut results = Vec::new();
     let mut made = 0;
     for &production in productions {
-        watch.sweeps(production - made, 1, |sweeps| simulation.run(sweeps, &mut observers))?;
+        watch.run(&mut simulation, production - made, 1, &mut observers)?;
         made = production;
         let (center, profile) = &observers.observer;
         let mut warnings = simulation.warnings();
@@ -185,7 +185,10 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
         let seed = session.seed((scene * FAMILIES.len() + family) as u64 * 100_000 + number);
         replica([SCENES[scene], FAMILIES[family]], side, productions, relaxation, seed, watch)
     };
-    let results = session.run_all("replicas", tasks, |_| 2 * relaxation + longest, work)?;
+    let name = |&(scene, family, number): &(usize, usize, u64)| {
+        format!("{}, {}, replica {number}", SCENES[scene], FAMILIES[family])
+    };
+    let results = session.run_all("replicas", tasks, name, |_| 2 * relaxation + longest, work)?;
     let mut report = Report::new(session);
     let mut records = Vec::new();
     let of_scene = usize::try_from(replicas)? * FAMILIES.len();

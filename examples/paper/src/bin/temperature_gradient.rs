@@ -93,10 +93,10 @@ fn replica(
         Side::Above => builder.start(RandomInsertion::default()).build()?,
         Side::Below => builder.start(ClosePacked).build()?,
     };
-    watch.sweeps(sweeps, 1, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
+    watch.equilibrate(&mut simulation, sweeps, 1, &mut ())?;
     let mut profile =
         Every::new(5, EquationOfStateProfile::new(&slab, Bins::of_width(0.25).from(0.5).to(HEIGHT - 0.5))?);
-    watch.sweeps(sweeps, 1, |sweeps| simulation.run(sweeps, &mut profile))?;
+    watch.run(&mut simulation, sweeps, 1, &mut profile)?;
     let balance = simulation.force_balance().ok_or("there is a field to be judged")?.clone();
     Ok((profile.observer, balance, simulation.warnings()))
 }
@@ -116,6 +116,7 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     let measured = session.run_all(
         "temperature gradients",
         tasks,
+        |&(index, number)| format!("β = {}, replica {number}", DECAY_RATES[index]),
         |&(index, _)| 2 * sweeps(index),
         |(index, number), watch| {
             replica(

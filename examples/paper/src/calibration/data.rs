@@ -7,7 +7,7 @@ use std::path::Path;
 macro_rules! row {
     ($(#[$documentation:meta])* $name:ident: $($field:ident),+) => {
         $(#[$documentation])*
-        #[derive(Debug, Clone, Copy, PartialEq)]
+        #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
         pub struct $name {
             $(pub $field: f64),+
         }
@@ -75,7 +75,7 @@ row! {
 }
 
 /// Everything that was measured; columns count from 0.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
 pub struct Data {
     pub columns: Vec<ColumnRow>,
     pub layers: Vec<LayerRow>,

@@ -2,6 +2,7 @@
 
 use super::gather::REPORT;
 use paper::interrupt::Interrupt;
+use paper::progress::in_words;
 use paper::{Failure, output};
 use std::ffi::OsString;
 use std::io::{ErrorKind, Read};
@@ -10,15 +11,15 @@ use std::process::{Command, Output, Stdio};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// How a process came to its end.
-#[derive(Debug, Clone)]
+/// A study that has come to its end.
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Launched {
-    /// As the shell would show it; none if a signal ended it.
-    pub(crate) code: Option<i32>,
+    /// Whether all its claims hold.
+    pub(crate) holds: bool,
     pub(crate) duration: Duration,
 }
 
-/// Runs the study with these arguments and output in `directory`, and keeps what it prints there.
+/// Runs the study with these arguments and output in `directory`, and keeps what it prints there. Fails if it does not come to its end.
 ///
 /// Cargo builds it first if it has to: `cargo run -p paper --bin all_figures` builds no other study. Where there is no cargo the
 /// executable beside this one is taken. It is told to stop when this process is.
@@ -50,7 +51,13 @@ pub(crate) fn launch(
     let text = String::from_utf8_lossy(&ended.stdout);
     println!("{text}");
     output::write(&directory.join(REPORT), text.as_bytes())?;
-    Ok(Launched { code: ended.status.code(), duration: started.elapsed() })
+    let duration = started.elapsed();
+    match ended.status.code() {
+        Some(code @ (0 | 1)) => Ok(Launched { holds: code == 0, duration }),
+        Some(130) => Err("interrupted".into()),
+        Some(code) => Err(format!("failed with exit code {code} after {}", in_words(duration)).into()),
+        None => Err(format!("ended by a signal after {}", in_words(duration)).into()),
+    }
 }
 
 /// Runs a command to its end, and tells it to stop if this process is told to.

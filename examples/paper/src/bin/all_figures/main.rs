@@ -2,7 +2,8 @@
 //!
 //! Runs the four studies that draw figures 2 to 17, one after the other, each as a process of its own (one that fails stops none
 //! of the others), and writes `out/all_figures/index.html` from the pictures, captions and verdicts that they leave in
-//! `out/<study>`. The exit code is 1 if a claim of any of them fails, or if one has not come to its end.
+//! `out/<study>`. The exit code is 1 if a claim of any of them fails, and 2 if one has not come to its end: the same command then goes
+//! on, and does not make those again that have.
 
 #[macro_use]
 extern crate paper;
@@ -13,6 +14,7 @@ mod page;
 
 use gather::Gathered;
 use launch::{Launched, launch};
+use paper::unfinished::kept;
 use paper::{Ending, Failure, Session, output, study};
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -53,13 +55,8 @@ struct Part {
 impl Part {
     /// Whether it came to its end and everything is there.
     fn is_complete(&self) -> bool {
-        let finished = match &self.launched {
-            None => true,
-            // One whose claims fail is complete, too.
-            Some(Ok(launched)) => matches!(launched.code, Some(0 | 1)),
-            Some(Err(_)) => false,
-        };
-        finished && self.gathered.missing.is_empty()
+        // One whose claims fail is complete, too.
+        !matches!(self.launched, Some(Err(_))) && self.gathered.missing.is_empty()
     }
 
     /// Whether it is complete and every claim holds.
@@ -80,11 +77,13 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     // A study is started from wherever cargo likes.
     let out = out.canonicalize()?;
     let mut parts = Vec::new();
-    for [study, title, figures] in STUDIES {
+    for (number, [study, title, figures]) in STUDIES.into_iter().enumerate() {
         let directory = out.join(study);
         let launched = (!arguments.collect && !session.interrupt.pressed()).then(|| {
             println!("{study}: figures {figures}");
-            let launched = launch(study, &passed_on(arguments, session), &directory, &session.interrupt);
+            let launched = kept(&session.unfinished.of_task("studies", number), study, || {
+                launch(study, &passed_on(arguments, session), &directory, &session.interrupt)
+            });
             if let Err(failure) = &launched {
                 eprintln!("{study}: {failure}");
             }
@@ -106,8 +105,10 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     println!("written to {}", path.display());
     Ok(if session.interrupt.pressed() {
         Ending::Interrupted
+    } else if let Some(part) = parts.iter().find(|part| matches!(part.launched, Some(Err(_)))) {
+        return Err(format!("{} has not come to its end", part.study).into());
     } else if session.short && !parts.iter().all(Part::is_complete) {
-        return Err("a study has not come to its end".into());
+        return Err("something is missing".into());
     } else if parts.iter().all(Part::holds) {
         Ending::Finished
     } else {
@@ -125,6 +126,7 @@ fn passed_on(arguments: &Arguments, session: &Session) -> Vec<OsString> {
     ];
     passed.extend(arguments.paper.then(|| "--paper".into()));
     passed.extend(session.short.then(|| "--short".into()));
+    passed.extend(session.fresh.then(|| "--fresh".into()));
     passed
 }
 

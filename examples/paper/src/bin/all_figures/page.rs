@@ -72,16 +72,10 @@ pub(crate) fn page(parts: &[Part], command: &str) -> String {
 fn ending(part: &Part) -> String {
     match &part.launched {
         None => "read from an earlier run".into(),
-        Some(Err(failure)) => format!("could not be run: {failure}"),
+        Some(Err(failure)) => failure.to_string(),
         Some(Ok(launched)) => {
-            let duration = in_words(launched.duration);
-            match launched.code {
-                Some(0) => format!("finished in {duration}, building included"),
-                Some(1) => format!("finished in {duration}, building included; a claim fails"),
-                Some(130) => "interrupted".into(),
-                Some(code) => format!("failed with exit code {code} after {duration}"),
-                None => format!("ended by a signal after {duration}"),
-            }
+            let claims = if launched.holds { "" } else { "; a claim fails" };
+            format!("finished in {}, building included{claims}", in_words(launched.duration))
         }
     }
 }

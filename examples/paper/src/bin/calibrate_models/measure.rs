@@ -55,9 +55,12 @@ impl Lengths {
 pub(crate) fn all(session: &Session) -> Result<Data, Failure> {
     let scenes: Vec<(usize, Parameters)> = Parameters::calibration().into_iter().enumerate().collect();
     let lengths = Lengths::new(session);
-    let measured = session.run_each("calibration scenes", scenes, |(index, parameters)| {
-        one(session.seed + SEEDS * index as u64, index, parameters, lengths)
-    })?;
+    let measured = session.run_each(
+        "calibration scenes",
+        scenes,
+        |(index, _)| format!("scene {index}"),
+        |(index, parameters)| one(session.seed + SEEDS * index as u64, index, parameters, lengths),
+    )?;
     let mut all = Data::default();
     for measured in measured {
         all.columns.extend(measured.columns);

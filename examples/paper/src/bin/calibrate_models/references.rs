@@ -31,9 +31,12 @@ pub(crate) fn make(directory: &Path, session: &Session) -> Result<(), Failure> {
         }
     }
     let lengths = session.choose((SWEEPS, MOST_SECONDS), (50, 0.0));
-    let measured = session.run_each("scenes of the test", drawn, |(index, scene, freezes)| {
-        one(index, scene, freezes, session.seed + SEEDS * index as u64, lengths)
-    })?;
+    let measured = session.run_each(
+        "scenes of the test",
+        drawn,
+        |(index, ..)| format!("scene {index}"),
+        |(index, scene, freezes)| one(index, scene, freezes, session.seed + SEEDS * index as u64, lengths),
+    )?;
     let scenes = measured.iter().map(|(row, _)| *row);
     let profiles = measured.iter().flat_map(|(_, profile)| profile.iter().copied());
     output::write_csv(

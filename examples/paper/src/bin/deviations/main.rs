@@ -101,6 +101,7 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     let measured = session.run_all(
         "deviations",
         tasks,
+        |(_, run)| format!("{}, {:?}, seed {}", run.case.label(), run.plan, run.seed),
         |(_, run)| run.work(),
         |(key, run), watch| Ok((key, run.measure(watch)?)),
     )?;

@@ -1,6 +1,7 @@
 //! The runs: five independent replicas of ours, and the paper's five successive intervals.
 
 use super::case::{COLUMN_DENSITY, Case};
+use gradient_mc::checkpoint::Persist;
 use gradient_mc::drive::{EquationOfStateClosure, Instantaneous, Scheme, SelfConsistent};
 use gradient_mc::field::ExponentialField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
@@ -145,22 +146,25 @@ impl Run {
             .seed(self.seed ^ 0x5eed);
         let mut near = builder.start(self.start()?).build()?;
         let particles = self.case.particles() as u64;
-        watch.sweeps(APPROACH, 10 * particles, |sweeps| near.equilibrate(sweeps, &mut ()))?;
+        watch.equilibrate(&mut near, APPROACH, 10 * particles, &mut ())?;
         let mut near = Simulation::builder(*scene)
             .scheme(Instantaneous::new(NOISY_BIN)?)
             .moves(LocalMoves::tuned())
             .start(Positions(near.positions()))
             .seed(self.seed ^ 0xbed)
             .build()?;
-        watch.sweeps(jumps, particles, |sweeps| near.equilibrate(sweeps, &mut ()))?;
+        watch.equilibrate(&mut near, jumps, particles, &mut ())?;
         Ok(near.positions())
     }
 
-    fn profiles<T: TemperatureProfile, S: Scheme<ExponentialField, T>>(
+    fn profiles<T: TemperatureProfile, S>(
         &self,
         mut simulation: Simulation<ExponentialField, T, S>,
         watch: &Watch<'_>,
-    ) -> Result<Measured, Failure> {
+    ) -> Result<Measured, Failure>
+    where
+        S: Scheme<ExponentialField, T, Drive: Persist, Adaptation: Persist>,
+    {
         let (equilibration, intervals, sweeps, weight) = match self.plan {
             Plan::Ours { equilibration, sweeps, .. } => (equilibration, 1, sweeps, 10),
             Plan::Field { equilibration, sweeps, .. } | Plan::Protocol { equilibration, sweeps } => {
@@ -170,11 +174,11 @@ impl Run {
         // Small moves change little in a sweep.
         let interval = if matches!(self.plan, Plan::Ours { .. }) { 1 } else { 4 };
         let size = weight * self.case.particles() as u64;
-        watch.sweeps(equilibration, size, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
+        watch.equilibrate(&mut simulation, equilibration, size, &mut ())?;
         let mut profiles = Vec::new();
         for _ in 0..intervals {
             let mut profile = Every::new(interval, self.profile()?);
-            watch.sweeps(sweeps, size, |sweeps| simulation.run(sweeps, &mut profile))?;
+            watch.run(&mut simulation, sweeps, size, &mut profile)?;
             profiles.push(profile.observer);
         }
         Ok(Measured { profiles, warnings: simulation.warnings() })

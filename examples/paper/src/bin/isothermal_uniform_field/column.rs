@@ -10,7 +10,6 @@ use gradient_mc::observers::{
 use gradient_mc::start::{ClosePacked, Positions, RandomInsertion};
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Every, Merge, Scene, Simulation, Slab};
-use paper::clock::cpu_seconds;
 use paper::study::count;
 use paper::{Failure, Side, Watch};
 
@@ -99,7 +98,6 @@ fn share(sweeps: u64, round: u64) -> u64 {
 
 /// Simulates a column.
 pub(crate) fn simulate(task: Task, watch: &Watch<'_>) -> Result<Column, Failure> {
-    let started = cpu_seconds();
     let slab = task.slab()?;
     let scene =
         Scene::new(slab, task.particles(), UniformField::default(), Isothermal::new(task.temperature)?)?;
@@ -118,21 +116,19 @@ pub(crate) fn simulate(task: Task, watch: &Watch<'_>) -> Result<Column, Failure>
     );
     let mut by_own_moves = Every::new(task.interval, base(&slab, BASE_RANGE, layers::BIN_WIDTH)?);
     let (cost, particles) = (task.cost_of_sweep(), task.particles() as u64);
-    watch.sweeps(task.equilibration, cost, |sweeps| simulation.equilibrate(sweeps, &mut center_of_mass))?;
+    watch.equilibrate(&mut simulation, task.equilibration, cost, &mut center_of_mass)?;
     let mut layers: Option<Layers> = None;
     for round in 0..ROUNDS {
-        watch.sweeps(share(task.production, round), cost, |sweeps| {
-            simulation.run(sweeps, &mut (&mut center_of_mass, &mut profile, &mut by_own_moves))
-        })?;
+        let mut observers = (&mut center_of_mass, &mut profile, &mut by_own_moves);
+        watch.run(&mut simulation, share(task.production, round), cost, &mut observers)?;
         if task.layers > 0 {
             let start = Positions(simulation.positions());
             let moves = LocalMoves::new(task.small_displacement())?;
             let builder = Simulation::builder(scene).moves(moves).seed(task.seed ^ ((1 + round) << 40));
             let mut branch = builder.start(start).build()?;
             let mut seen = Layers::new(&task, &slab)?;
-            watch.sweeps(share(task.layers, round), particles, |sweeps| {
-                branch.run(sweeps, &mut (&mut seen.base, &mut seen.fine, &mut seen.first_layer))
-            })?;
+            let mut observers = (&mut seen.base, &mut seen.fine, &mut seen.first_layer);
+            watch.run(&mut branch, share(task.layers, round), particles, &mut observers)?;
             match &mut layers {
                 None => layers = Some(seen),
                 Some(layers) => layers.merge(&seen)?,
@@ -151,7 +147,7 @@ pub(crate) fn simulate(task: Task, watch: &Watch<'_>) -> Result<Column, Failure>
                 Bins::count(count((HEIGHT - 1.0) / BIN_WIDTH)).from(0.5).to(HEIGHT - 0.5),
             )?,
         );
-        watch.sweeps(task.mobility, particles, |sweeps| simulation.run(sweeps, &mut mobility))?;
+        watch.run(&mut simulation, task.mobility, particles, &mut mobility)?;
         Some(mobility.observer)
     } else {
         None
@@ -163,6 +159,6 @@ pub(crate) fn simulate(task: Task, watch: &Watch<'_>) -> Result<Column, Failure>
         by_own_moves: by_own_moves.observer,
         layers,
         mobility,
-        busy: cpu_seconds() - started,
+        busy: watch.cpu_seconds(),
     })
 }

@@ -50,7 +50,8 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     println!("{protocol}");
     let started = Instant::now();
     let tasks: Vec<Task> = protocol.tasks().copied().collect();
-    let mut steady: Vec<Column> = session.run_all("columns", tasks, Task::cost, column::simulate)?;
+    let mut steady: Vec<Column> =
+        session.run_all("columns", tasks, Task::name, Task::cost, column::simulate)?;
     let falling = steady.split_off(protocol.steady.len());
 
     let mut report = Report::new(session);

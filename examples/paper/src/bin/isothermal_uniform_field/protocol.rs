@@ -114,6 +114,12 @@ pub(crate) struct Task {
 }
 
 impl Task {
+    /// In words.
+    pub(crate) fn name(&self) -> String {
+        let Self { temperature, width, side, family, seed, .. } = self;
+        format!("T = {temperature}, base {width}, from {side:?}, moves {family:?}, seed {seed}")
+    }
+
     pub(crate) fn slab(&self) -> Result<Slab, Failure> {
         Ok(Slab::new(HEIGHT, self.width, self.width)?)
     }

@@ -8,7 +8,6 @@ use gradient_mc::observers::{Bins, CenterOfMass, DisplacementProfile, EquationOf
 use gradient_mc::start::{Positions, RandomInsertion, Start};
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Error, Every, Merge, Scene, Simulation, Vector3, Warning};
-use paper::clock::cpu_seconds;
 use paper::study::count;
 use paper::{Failure, Watch};
 
@@ -67,19 +66,16 @@ impl Column {
         seed: u64,
         watch: &Watch<'_>,
     ) -> Result<Run, Failure> {
-        let started = cpu_seconds();
         let mut simulation =
             Simulation::builder(self.scene()?).start(start).moves(stage.moves).seed(seed).build()?;
         let mut center_of_mass = Every::new(stage.interval, CenterOfMass::new());
-        watch.sweeps(stage.equilibration, 1, |sweeps| simulation.equilibrate(sweeps, &mut center_of_mass))?;
+        watch.equilibrate(&mut simulation, stage.equilibration, 1, &mut center_of_mass)?;
         let mut profiles = Vec::new();
         for &sweeps in &stage.intervals {
             let slab = *simulation.scene().slab();
             let profile = EquationOfStateProfile::new(&slab, Bins::count(count(Protocol::HEIGHT / BIN)))?;
             let mut profile = Every::new(stage.interval, profile);
-            watch.sweeps(sweeps, 1, |sweeps| {
-                simulation.run(sweeps, &mut (&mut center_of_mass, &mut profile))
-            })?;
+            watch.run(&mut simulation, sweeps, 1, &mut (&mut center_of_mass, &mut profile))?;
             profiles.push(profile.observer);
         }
         Ok(Run {
@@ -87,7 +83,7 @@ impl Column {
             profiles,
             positions: simulation.positions(),
             warnings: if stage.intervals.is_empty() { Vec::new() } else { simulation.warnings() },
-            busy: cpu_seconds() - started,
+            busy: watch.cpu_seconds(),
         })
     }
 

@@ -3,6 +3,7 @@
 use super::column::{BIN, Column};
 use super::front::{self, Crossing};
 use super::protocol::{Base, Protocol};
+use gradient_mc::checkpoint::{Archive, Persist};
 use gradient_mc::field::ExponentialField;
 use gradient_mc::observers::{
     Bins, CenterOfMass, DensityProfile, DisplacementProfile, EquationOfStateProfile, Layer, NeighborAngles,
@@ -11,8 +12,7 @@ use gradient_mc::observers::{
 use gradient_mc::start::{Positions, RandomInsertion};
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::Isothermal;
-use gradient_mc::{Every, Simulation, Slab, Vector3, Warning};
-use paper::clock::cpu_seconds;
+use gradient_mc::{Error, Every, Frame, Observer, ObserverError, Simulation, Slab, Vector3, Warning};
 use paper::study::count;
 use paper::{Failure, Watch};
 
@@ -84,12 +84,11 @@ pub(crate) fn grow(
     seed: u64,
     watch: &Watch<'_>,
 ) -> Result<Crystal, Failure> {
-    let started = cpu_seconds();
     let (simulation, history) = watch_growth(base, protocol, seed, watch)?;
     let column = Column { rate: Protocol::CRYSTAL_RATE, base };
     let mut crystal = measure(column, simulation, protocol, seed, watch)?;
     crystal.history = history;
-    crystal.busy = cpu_seconds() - started;
+    crystal.busy = watch.cpu_seconds();
     Ok(crystal)
 }
 
@@ -125,9 +124,9 @@ fn watch_growth(
         }
         let chunk = protocol.growth_sweeps * (look + 1) / LOOKS - protocol.growth_sweeps * look / LOOKS;
         let interval = (chunk / (2 * FRAMES)).max(1);
-        watch.sweeps(chunk / 2, 1, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
+        watch.equilibrate(&mut simulation, chunk / 2, 1, &mut ())?;
         let mut seen = Every::new(interval, (CenterOfMass::new(), fine_profile(&slab)?));
-        watch.sweeps(chunk - chunk / 2, 1, |sweeps| simulation.equilibrate(sweeps, &mut seen))?;
+        watch.equilibrate(&mut simulation, chunk - chunk / 2, 1, &mut seen)?;
         sweep += chunk;
         let (center_of_mass, density) = seen.observer;
         let layers = crystalline(&density.layers(LEAST_VISIBILITY)?);
@@ -164,16 +163,17 @@ fn measure(
     let interval = (sweeps / 400).max(1);
     // Where the layers are, to put the bins of angles around them.
     let mut probe = Every::new(interval, fine_profile(&slab)?);
-    watch.sweeps(sweeps / 4, 1, |sweeps| simulation.equilibrate(sweeps, &mut probe))?;
+    watch.equilibrate(&mut simulation, sweeps / 4, 1, &mut probe)?;
     let layers = probe.observer.layers(LEAST_VISIBILITY)?;
-    let mut angles = Vec::new();
+    let (mut heights, mut angles) = (Vec::new(), Vec::new());
     for near in ANGLES_NEAR {
         let distance = |layer: &&Layer| (layer.position.mean - near).abs();
         let nearest = layers.iter().min_by(|first, second| distance(first).total_cmp(&distance(second)));
         // Above the last layer: where it is fluid, a range as high as a layer.
         let height = nearest.filter(|layer| distance(layer) < 0.5).map_or(near, |layer| layer.position.mean);
         let low = (height - 0.35).max(0.5);
-        angles.push((height, NeighborAngles::new(&slab, low, height + 0.35, 120)?));
+        heights.push(height);
+        angles.push(NeighborAngles::new(&slab, low, height + 0.35, 120)?);
     }
     let bins = count(Protocol::HEIGHT / BIN);
     let mut center_of_mass = Every::new(interval, CenterOfMass::new());
@@ -183,13 +183,9 @@ fn measure(
     let mut structure =
         Every::new(4 * interval, StructureProfile::new(&slab, Bins::count(40).from(0.5).to(40.5))?);
     let left = sweeps - sweeps / 4;
-    watch.sweeps(left, 1, |sweeps| {
-        let mut angles: Vec<&mut NeighborAngles> = angles.iter_mut().map(|(_, angles)| angles).collect();
-        let mut angles = Every::new(4 * interval, AllOf(&mut angles));
-        let mut observers =
-            (&mut center_of_mass, &mut profiles, &mut first_layer, &mut structure, &mut angles);
-        simulation.run(sweeps, &mut observers)
-    })?;
+    let mut angles = Every::new(4 * interval, AllOf(angles));
+    let mut observers = (&mut center_of_mass, &mut profiles, &mut first_layer, &mut structure, &mut angles);
+    watch.run(&mut simulation, left, 1, &mut observers)?;
     let positions = simulation.positions();
     let (density, profile) = profiles.observer;
     Ok(Crystal {
@@ -201,7 +197,7 @@ fn measure(
         profile,
         structure: structure.observer,
         first_layer: first_layer.observer,
-        angles,
+        angles: heights.into_iter().zip(angles.observer.0).collect(),
         mobility: column.mobility(&positions, seed)?,
         positions,
         warnings: simulation.warnings(),
@@ -212,11 +208,17 @@ fn measure(
 }
 
 /// Observers of the same kind, however many.
-struct AllOf<'a, 'b, O>(&'a mut [&'b mut O]);
+struct AllOf<O>(Vec<O>);
 
-impl<O: gradient_mc::Observer> gradient_mc::Observer for AllOf<'_, '_, O> {
-    fn observe(&mut self, frame: &gradient_mc::Frame<'_>) -> Result<(), gradient_mc::ObserverError> {
+impl<O: Observer> Observer for AllOf<O> {
+    fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         self.0.iter_mut().try_for_each(|observer| observer.observe(frame))
+    }
+}
+
+impl<O: Persist> Persist for AllOf<O> {
+    fn persist(&mut self, archive: &mut Archive<'_>) -> Result<(), Error> {
+        self.0.persist(archive)
     }
 }
 

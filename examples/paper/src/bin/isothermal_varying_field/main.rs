@@ -114,6 +114,7 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     let done = session.run_all(
         "columns and crystals",
         tasks,
+        |(task, _)| format!("{task:?}"),
         |&(_, size)| size,
         |(task, _), watch| perform(task, &protocol, watch),
     )?;

@@ -84,8 +84,8 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
         }
     }
     let keys: Vec<(Method, f64)> = runs.iter().map(|run| (run.method, run.column.decay_rate)).collect();
-    let measured =
-        session.run_all("temperature gradients", runs, Run::work, |run, watch| run.measure(watch))?;
+    let measured = session
+        .run_all("temperature gradients", runs, Run::name, Run::work, |run, watch| run.measure(watch))?;
     let outcomes = |method: Method| -> Result<Vec<Outcome>, Failure> {
         let of_column = |column: &Column| {
             let wanted = keys.iter().zip(&measured).filter(|(key, _)| **key == (method, column.decay_rate));

@@ -79,6 +79,11 @@ pub(crate) struct Run<'a> {
 }
 
 impl Run<'_> {
+    /// In words.
+    pub(crate) fn name(&self) -> String {
+        format!("β = {}, {:?}, from {:?}, seed {}", self.column.decay_rate, self.method, self.side, self.seed)
+    }
+
     /// Sweeps, for the progress bar.
     pub(crate) fn work(&self) -> u64 {
         match self.method {
@@ -105,10 +110,10 @@ impl Run<'_> {
             Side::Below => builder.start(ClosePacked).build()?,
         };
         let [equilibration, sweeps] = self.protocol.sweeps_of(self.column.decay_rate);
-        watch.sweeps(equilibration, 1, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
+        watch.equilibrate(&mut simulation, equilibration, 1, &mut ())?;
         // The dilute top forgets from sweep to sweep: to look often costs little and tells more.
         let mut observers = Every::new(2, (profile(&self.column.slab)?, CenterOfMass::new()));
-        watch.sweeps(sweeps, 1, |sweeps| simulation.run(sweeps, &mut observers))?;
+        watch.run(&mut simulation, sweeps, 1, &mut observers)?;
         let balance = simulation.force_balance().ok_or("there is a field to be judged")?.clone();
         let warnings = simulation.warnings();
         // The paper's moves, from here on, for the mobility, in the theory's field, which is within a fifth of a per cent of
@@ -121,7 +126,7 @@ impl Run<'_> {
             .seed(self.seed ^ 0x5eed)
             .build()?;
         let mut mobility = Every::new(5, mobility(&self.column.slab)?);
-        slow.run(self.protocol.mobility_sweeps, &mut mobility)?;
+        watch.run(&mut slow, self.protocol.mobility_sweeps, 0, &mut mobility)?;
         let (profile, center_of_mass) = observers.observer;
         Ok(Measured {
             profile,
@@ -142,10 +147,10 @@ impl Run<'_> {
             .seed(self.seed)
             .build()?;
         let sweeps = self.protocol.paper_sweeps.unwrap_or(0);
-        watch.sweeps(sweeps, 1, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
+        watch.equilibrate(&mut simulation, sweeps, 1, &mut ())?;
         let slab = &self.column.slab;
         let mut observers = Every::new(10, (profile(slab)?, CenterOfMass::new(), mobility(slab)?));
-        watch.sweeps(sweeps, 1, |sweeps| simulation.run(sweeps, &mut observers))?;
+        watch.run(&mut simulation, sweeps, 1, &mut observers)?;
         let balance = simulation.force_balance().ok_or("there is a field to be judged")?.clone();
         let (profile, center_of_mass, mobility) = observers.observer;
         let warnings = simulation.warnings();

@@ -1,6 +1,7 @@
 //! The paper's scheme, repaired in its own spirit: the field follows the run every sweep, but it holds Z as collisions
 //! measured it until then (eq. 20) in place of P/n of one configuration (eq. 24).
 
+use gradient_mc::checkpoint::{Archive, Persist};
 use gradient_mc::drive::{Adaptation, EffectivePotential, Scheme};
 use gradient_mc::{
     AcceptedMove, AnyScene, Collision, Error, Field, Frame, Observer, ObserverError, Recorder, Scene,
@@ -79,6 +80,12 @@ impl Recorder for Sums {
 
     fn wants_local_moves(&mut self) -> bool {
         false
+    }
+}
+
+impl Persist for Sums {
+    fn persist(&mut self, archive: &mut Archive<'_>) -> Result<(), Error> {
+        archive.slice("paths and separations", &mut self.0)
     }
 }
 

@@ -137,7 +137,11 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
         Task::Run(setup) => setup.work(),
         Task::Scan(scan) => scan.work(),
     };
-    let done = session.run_all("seven per cent", tasks, work, |task, watch| {
+    let name = |task: &Task| match task {
+        Task::Run(setup) => format!("{setup}, seed {}", setup.seed),
+        Task::Scan(scan) => format!("scan, {scan:?}"),
+    };
+    let done = session.run_all("seven per cent", tasks, name, work, |task, watch| {
         Ok(match task {
             Task::Run(setup) => Done::Run(Box::new((setup, setup.run(watch)?))),
             Task::Scan(scan) => Done::Scan(scan, scan.run(watch)?),

@@ -1,6 +1,7 @@
 //! One run of the column at T₀ = 20, β = 0.05: what P/(nTZ) − 1 it has at each height.
 
 use crate::collisions::RunningCollisions;
+use gradient_mc::checkpoint::Persist;
 use gradient_mc::drive::{
     AveragedThenFrozen, Certificate, EquationOfStateClosure, Instantaneous, RunningAverage, Scheme,
     SelfConsistent,
@@ -154,7 +155,7 @@ impl Setup {
 
     fn run_with<S>(&self, scheme: S, watch: &Watch<'_>) -> Result<Outcome, Failure>
     where
-        S: Scheme<UniformField, ExponentialTemperature> + Copy,
+        S: Scheme<UniformField, ExponentialTemperature, Drive: Persist, Adaptation: Persist> + Copy,
     {
         let start: Box<dyn Start> = match self.side {
             Side::Above => Box::new(RandomInsertion::new(0.25)?),
@@ -170,19 +171,19 @@ impl Setup {
         // Far from the steady state only chains get on: they bring the column near it, in the theory's field.
         let builder = Simulation::builder(scene).scheme(EquationOfStateClosure::default());
         let mut near = builder.start(start).moves(EventChains::default()).seed(self.seed ^ 0x5eed).build()?;
-        near.equilibrate(self.approach[0], &mut ())?;
+        watch.equilibrate(&mut near, self.approach[0], 0, &mut ())?;
         let mut positions = near.positions();
         if let MovesChoice::Local(_) = self.moves {
             // Small moves take 100 000 sweeps to where jumps are after 10 000, in a field of the same kind.
             let builder = Simulation::builder(scene).scheme(scheme).moves(LocalMoves::tuned());
             let mut near = builder.start(Positions(positions)).seed(self.seed ^ 0xbed).build()?;
-            near.equilibrate(self.approach[1], &mut ())?;
+            watch.equilibrate(&mut near, self.approach[1], 0, &mut ())?;
             positions = near.positions();
         }
         let builder = Simulation::builder(scene).scheme(scheme).moves(moves).seed(self.seed);
         let mut simulation = builder.start(Positions(positions)).build()?;
         let size = self.work_of_sweep();
-        watch.sweeps(self.equilibration, size, |sweeps| simulation.equilibrate(sweeps, &mut ()))?;
+        watch.equilibrate(&mut simulation, self.equilibration, size, &mut ())?;
         // Well above what any sphere reaches.
         let top = 80.0;
         let profile =
@@ -190,7 +191,7 @@ impl Setup {
         let [first, second, third] = MEASURING_BINS;
         let profiles = (profile(first)?, profile(second)?, profile(third)?);
         let mut observers = Every::new(5, (profiles, CenterOfMass::new()));
-        watch.sweeps(self.sweeps, size, |sweeps| simulation.run(sweeps, &mut observers))?;
+        watch.run(&mut simulation, self.sweeps, size, &mut observers)?;
         let ((first, second, third), center_of_mass) = observers.observer;
         let certificate = simulation.certificate(TOLERANCE)?;
         let warnings = simulation.warnings();

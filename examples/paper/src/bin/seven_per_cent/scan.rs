@@ -75,11 +75,11 @@ impl Scan {
         let moves = LocalMoves::new(self.maximum_displacement)?;
         let builder = Simulation::builder(scene).scheme(Instantaneous::new(self.bin)?).moves(moves);
         let mut simulation = builder.seed(self.seed).build()?;
-        simulation.equilibrate(self.sweeps / 5, &mut ())?;
+        watch.equilibrate(&mut simulation, self.sweeps / 5, 0, &mut ())?;
         let profile = EquationOfStateProfile::new(&slab, Bins::count(200).from(0.5).to(20.5))?;
         let mut profile = Every::new(5, profile);
         let size = Self::particles() as u64;
-        watch.sweeps(self.sweeps, size, |sweeps| simulation.run(sweeps, &mut profile))?;
+        watch.run(&mut simulation, self.sweeps, size, &mut profile)?;
         let deviation = profile.observer.deviations_over(&[RANGE], &ModifiedKolafa)?;
         Ok(deviation[0])
     }

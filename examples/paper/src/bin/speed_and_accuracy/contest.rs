@@ -9,6 +9,7 @@ use paper::clock::cpu_seconds;
 use paper::homogeneous::{Homogeneous, Technique, finite_size};
 use paper::least_squares::least_squares;
 use paper::{Failure, Session};
+use serde::{Deserialize, Serialize};
 
 /// Packing fractions of the finest grid; coarser ones take every so many of them.
 const LOWEST: f64 = 0.05;
@@ -130,7 +131,7 @@ fn packing_fraction(index: usize) -> f64 {
 }
 
 /// A smooth equation of state against the modified Kolafa equation.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Curve {
     /// Of Z, relative, over the finest grid.
     deviations: Vec<f64>,
@@ -174,7 +175,7 @@ impl EquationOfState for Fitted {
 }
 
 /// One replica of the homogeneous runs at one packing fraction, after so many sweeps.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 struct Single {
     factor: Estimate,
     /// CPU seconds to equilibrate and to measure.
@@ -241,6 +242,7 @@ enum Job {
     Homogeneous(Technique, usize),
 }
 
+#[derive(Serialize, Deserialize)]
 enum Outcome {
     Gradient(usize, Vec<Yield>),
     Homogeneous(Vec<Single>),
@@ -256,7 +258,8 @@ impl Contest {
             jobs.extend(seventeen.map(|index| (replica, Job::Homogeneous(Technique::Local, index))));
             jobs.extend((0..FINEST).map(|index| (replica, Job::Homogeneous(Technique::Chains, index))));
         }
-        let outcomes = session.run_each("equation of state", jobs.clone(), |(replica, job)| {
+        let name = |(replica, job): &(u64, Job)| format!("{job:?}, replica {replica}");
+        let outcomes = session.run_each("equation of state", jobs.clone(), name, |(replica, job)| {
             Ok(match job {
                 Job::Gradient(column) => {
                     let (spheres, yields) = column.follow(session.seed(replica), patience)?;

@@ -75,7 +75,7 @@ impl Route {
 }
 
 /// What a run yields, and what it takes.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Yield {
     /// CPU seconds to equilibrate and to measure.
     pub(crate) seconds: [f64; 2],

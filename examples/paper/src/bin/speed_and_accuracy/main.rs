@@ -9,7 +9,8 @@
 //!
 //! n', P' are those of long runs that are stored in `reference/`, with their errors. Times are CPU seconds of the thread, which do not count
 //! what others do on the machine, though it slows down what they count; two threads are two replicas, and their time that of the slower, what the clock of an
-//! idle machine would show. How long a run is depends on the time it takes; what it measures depends on the seed only.
+//! idle machine would show. Runs are kept when they are done; one that was interrupted is made and timed anew from its start, so that its time is
+//! of one process. How long a run is depends on the time it takes; what it measures depends on the seed only.
 //!
 //! A result whose true error is more than twice the one that it claims is over-confident: a ring in the charts.
 //! `--long` makes the reference runs anew.
@@ -151,7 +152,7 @@ fn simulate(arguments: &Arguments, session: &Session) -> Result<Vec<Followed>, F
             })
         })
         .collect();
-    let followed = session.run_each("simulations", tasks, |task: series::Task| task.follow())?;
+    let followed = session.run_each("simulations", tasks, series::Task::name, |task| task.follow())?;
     let mut followed = followed.into_iter();
     let mut all = Vec::new();
     for (system, method) in methods {

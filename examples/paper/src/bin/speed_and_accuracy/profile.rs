@@ -13,7 +13,7 @@ pub(crate) const HEIGHT: f64 = 400.0;
 pub(crate) const BINS: usize = 400;
 
 /// Values in every bin, upwards, and their standard errors; of a theory these are zero.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone, Default, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Profile {
     /// Means of n over the bins.
     pub(crate) density: Vec<f64>,

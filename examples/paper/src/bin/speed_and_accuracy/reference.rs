@@ -122,7 +122,10 @@ pub(crate) fn make(session: &Session, directory: &Path) -> Result<(), Failure> {
             tasks.extend((0..REPLICAS).map(|replica| (system, width, replica)));
         }
     }
-    let outcomes = session.run_each("reference runs", tasks, |(system, width, replica)| {
+    let name = |(system, width, replica): &(System, f64, u64)| {
+        format!("{}, base {width}, replica {replica}", system.title())
+    };
+    let outcomes = session.run_each("reference runs", tasks, name, |(system, width, replica)| {
         let start = match Side::of(replica) {
             Side::Above => Start::Uniform,
             Side::Below => Start::ClosePacked,

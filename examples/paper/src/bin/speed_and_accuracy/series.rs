@@ -24,7 +24,7 @@ pub(crate) struct Task {
 }
 
 /// A run of so many sweeps of equilibration and as many of measurement.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Checkpoint {
     pub(crate) sweeps: u64,
     pub(crate) seconds: f64,
@@ -32,6 +32,11 @@ pub(crate) struct Checkpoint {
 }
 
 impl Task {
+    /// In words.
+    pub(crate) fn name(&self) -> String {
+        format!("{}, {}, seed {}", self.system.title(), self.method, self.seed)
+    }
+
     /// Runs of 32, 64, 128 ... sweeps of equilibration and as many of measurement each. They share their equilibration; what
     /// a run is said to take is what it would take by itself.
     pub(crate) fn follow(&self) -> Result<Vec<Checkpoint>, Failure> {

@@ -6,6 +6,7 @@ use gradient_mc::statistics::Estimate;
 use paper::clock::cpu_seconds;
 use paper::row;
 use paper::{Failure, Session};
+use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 /// What a probe found.
@@ -58,7 +59,7 @@ pub(crate) struct Map {
 }
 
 /// A point as measured.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, Serialize, Deserialize)]
 pub(crate) struct Point {
     pub(crate) series: String,
     pub(crate) parameter: f64,
@@ -167,8 +168,11 @@ pub(crate) fn measure(maps: Vec<Map>, session: &Session) -> Result<Vec<Measured>
         }
     }
     let work = |(index, probe, trial): (usize, Probe, Trial)| Ok((index, probe.run(trial)?));
-    let mut points = session.run_each("stability", shared, work)?;
-    points.extend(session.on_threads(1).run_each("stability, one after the other", alone, work)?);
+    let name = |(index, probe, _): &(usize, Probe, Trial)| {
+        format!("{}, {}, {}", heads[*index].0, probe.series, probe.label)
+    };
+    let mut points = session.run_each("stability", shared, name, work)?;
+    points.extend(session.on_threads(1).run_each("stability, one after the other", alone, name, work)?);
     let mut measured: Vec<Measured> = heads
         .into_iter()
         .map(|(name, title, parameter)| Measured { name, title, parameter, points: Vec::new() })

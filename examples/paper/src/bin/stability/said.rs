@@ -4,7 +4,7 @@ use gradient_mc::drive::Scheme;
 use gradient_mc::{Error, Field, Simulation, TemperatureProfile, Warning};
 
 /// A warning or an error.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Said {
     /// The variant, such as `NotMixed`.
     pub(crate) name: String,

@@ -3,7 +3,7 @@
 use gradient_mc::statistics::Estimate;
 
 /// A number that a method gave, against the true one.
-#[derive(Debug, Clone)]
+#[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Quantity {
     pub(crate) name: String,
     /// Measured over true, less 1; the difference where the true one is zero. With the error bar that the method itself
@@ -22,7 +22,7 @@ pub(crate) struct Quantity {
 }
 
 /// What became of a method.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub(crate) enum Outcome {
     /// Within the tolerance or four error bars, and the error bar small enough.
     Right,

@@ -1,0 +1,156 @@
+//! What a task is given: it reports its progress, is told to stop, and goes on where an earlier process was stopped.
+
+use super::Failure;
+use super::clock::Stopwatch;
+use super::interrupt::Interrupt;
+use super::progress::Progress;
+use super::unfinished::kept;
+use gradient_mc::checkpoint::{Persist, Run};
+use gradient_mc::drive::Scheme;
+use gradient_mc::{Field, Observer, Simulation, TemperatureProfile};
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use std::cell::{Cell, RefCell};
+use std::path::PathBuf;
+use std::time::Duration;
+
+/// Time that a process that is killed loses at most.
+const BETWEEN_CHECKPOINTS: Duration = Duration::from_secs(60);
+
+/// That a signal has come: an error that ends a run early.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[error("interrupted")]
+pub struct Interrupted;
+
+/// Of one task.
+///
+/// The sweeps of a task are made in stages, each with a checkpoint of its own, in the same order whenever the task is done. One that
+/// is done again reads the stages that are complete, and goes on within the one that is not.
+#[derive(Debug)]
+pub struct Watch<'a> {
+    interrupt: &'a Interrupt,
+    progress: &'a Progress,
+    /// Of the checkpoints.
+    folder: PathBuf,
+    stages: Cell<usize>,
+    stopwatch: RefCell<Stopwatch>,
+}
+
+impl<'a> Watch<'a> {
+    pub(super) fn new(interrupt: &'a Interrupt, progress: &'a Progress, folder: PathBuf) -> Self {
+        let (stages, stopwatch) = (Cell::new(0), RefCell::new(Stopwatch::start()));
+        Self { interrupt, progress, folder, stages, stopwatch }
+    }
+
+    /// A stage of so many sweeps of equilibration that the observer looks at, each worth `size` units of progress. [`Interrupted`] ends it
+    /// early.
+    pub fn equilibrate<F, T, S, O>(
+        &self,
+        simulation: &mut Simulation<F, T, S>,
+        sweeps: u64,
+        size: u64,
+        observer: &mut O,
+    ) -> Result<(), Failure>
+    where
+        F: Field,
+        T: TemperatureProfile,
+        S: Scheme<F, T, Drive: Persist, Adaptation: Persist>,
+        O: Observer + Persist,
+    {
+        self.stage(simulation, [sweeps, 0], size, observer)
+    }
+
+    /// The same of production.
+    pub fn run<F, T, S, O>(
+        &self,
+        simulation: &mut Simulation<F, T, S>,
+        sweeps: u64,
+        size: u64,
+        observer: &mut O,
+    ) -> Result<(), Failure>
+    where
+        F: Field,
+        T: TemperatureProfile,
+        S: Scheme<F, T, Drive: Persist, Adaptation: Persist>,
+        O: Observer + Persist,
+    {
+        self.stage(simulation, [0, sweeps], size, observer)
+    }
+
+    fn stage<F, T, S, O>(
+        &self,
+        simulation: &mut Simulation<F, T, S>,
+        [equilibration, production]: [u64; 2],
+        size: u64,
+        observer: &mut O,
+    ) -> Result<(), Failure>
+    where
+        F: Field,
+        T: TemperatureProfile,
+        S: Scheme<F, T, Drive: Persist, Adaptation: Persist>,
+        O: Observer + Persist,
+    {
+        let number = self.stages.replace(self.stages.get() + 1);
+        let (mut reported, mut is_saved) = (simulation.sweep(), true);
+        let ended = Run::new(self.folder.join(format!("stage_{number}")), equilibration, production)
+            .observe_equilibration()
+            .checkpoint_every(BETWEEN_CHECKPOINTS)
+            .stop_on(self.interrupt.flag())
+            .progress(|now| {
+                // Says so if it is.
+                self.interrupt.pressed();
+                if let Some(error) = now.unsaved.filter(|_| is_saved) {
+                    eprintln!("goes on without a new checkpoint: {}", explained(error));
+                }
+                is_saved = now.unsaved.is_none();
+                if reported < now.began {
+                    self.progress.resume((now.began - reported) * size);
+                    reported = now.began;
+                }
+                self.progress.advance((now.sweep - reported) * size);
+                reported = now.sweep;
+            })
+            .on(simulation, &mut (&mut *self.stopwatch.borrow_mut(), observer))?;
+        if ended.is_finished() { Ok(()) } else { Err(Interrupted.into()) }
+    }
+
+    /// CPU seconds of the task so far, those of earlier processes up to the checkpoints that this one went on from included.
+    pub fn cpu_seconds(&self) -> f64 {
+        self.stopwatch.borrow().seconds()
+    }
+
+    /// [`Interrupted`] if a signal has come.
+    pub fn check(&self) -> Result<(), Failure> {
+        if self.interrupt.pressed() { Err(Interrupted.into()) } else { Ok(()) }
+    }
+
+    /// The result of a task without stages: the one that an earlier process has kept, or the one that is made now. It is worth `size`
+    /// units of progress.
+    pub(super) fn kept<Output: Serialize + DeserializeOwned>(
+        &self,
+        task: &str,
+        size: u64,
+        make: impl FnOnce() -> Result<Output, Failure>,
+    ) -> Result<Output, Failure> {
+        let mut made = false;
+        let output = kept(&self.folder, task, || {
+            made = true;
+            make()
+        })?;
+        if made {
+            self.progress.advance(size);
+        } else {
+            self.progress.resume(size);
+        }
+        Ok(output)
+    }
+}
+
+/// An error with its causes.
+pub fn explained(error: &(dyn std::error::Error + 'static)) -> String {
+    let causes = std::iter::successors(error.source(), |error| error.source());
+    std::iter::once(error.to_string())
+        .chain(causes.map(|cause| format!("because: {cause}")))
+        .collect::<Vec<String>>()
+        .join("\n  ")
+}

@@ -1,0 +1,118 @@
+//! One task: a replica from its start or its checkpoint to its end.
+
+use crate::files::{Folder, Noted, Record};
+use crate::table::{Table, Task};
+use gradient_mc::Simulation;
+use gradient_mc::checkpoint::Run;
+use std::error::Error as _;
+use std::io;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
+
+/// Why a replica could not be finished.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum Failure {
+    /// The simulation, or its checkpoint.
+    #[error(transparent)]
+    Simulation(#[from] gradient_mc::Error),
+    /// A file other than the checkpoint.
+    #[error("{}", path.display())]
+    File {
+        /// Which.
+        path: PathBuf,
+        /// What the system said.
+        source: io::Error,
+    },
+    /// Two jobs do the same.
+    #[error("another process works on it")]
+    Held,
+    /// A fault of the program.
+    #[error("panicked: {0}")]
+    Panicked(String),
+}
+
+impl Failure {
+    /// With its causes, on one line.
+    #[must_use]
+    pub fn explained(&self) -> String {
+        let causes = std::iter::successors(self.source(), |&error| error.source());
+        causes.fold(self.to_string(), |text, cause| format!("{text}: {cause}"))
+    }
+}
+
+/// What all tasks of a process share.
+#[derive(Debug)]
+pub struct Job {
+    /// What there is to be done.
+    pub table: Table,
+    /// Where everything is kept.
+    pub folder: Folder,
+    /// Time between checkpoints.
+    pub checkpoint_every: Duration,
+    /// How long a process may be silent, or hold a task that another one wants, before it is given up.
+    pub patience: Duration,
+    /// Becomes true when all shall stop.
+    pub stop: AtomicBool,
+}
+
+impl Job {
+    /// Runs a task; false if it was stopped. `progress` hears of the work done, in spheres times sweeps: before this call, and
+    /// by now.
+    ///
+    /// # Errors
+    /// [`Failure`].
+    pub fn run(&self, task: Task, progress: impl Fn([u64; 2])) -> Result<bool, Failure> {
+        catch_unwind(AssertUnwindSafe(|| self.simulate(task, progress))).unwrap_or_else(|panic| {
+            let text = panic.downcast_ref::<String>().map(String::as_str);
+            let text =
+                text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("for unknown reasons");
+            Err(Failure::Panicked(text.into()))
+        })
+    }
+
+    fn simulate(&self, Task { case, replica }: Task, progress: impl Fn([u64; 2])) -> Result<bool, Failure> {
+        let case = &self.table.cases[case];
+        let Some(_claim) = self.folder.claim(case, replica, self.patience, &self.stop)? else {
+            return Ok(false);
+        };
+        let scene = case.scene()?;
+        let mut observers = case.observers(&scene)?;
+        let builder = Simulation::builder(scene).seed(case.replica(replica).seed());
+        let (spheres, path) = (case.spheres as u64, self.folder.checkpoint(case, replica));
+        let (simulation, ended) = Run::new(path, case.equilibration, case.sweeps)
+            .checkpoint_every(self.checkpoint_every)
+            .stop_on(&self.stop)
+            .until(|observers| case.has_reached(observers))
+            .progress(|now| progress([now.began, now.sweep].map(|sweeps| sweeps.saturating_mul(spheres))))
+            .of(builder, &mut observers)?;
+        if ended.is_finished() {
+            let warnings = simulation.warnings().iter().map(Noted::from).collect();
+            let sweeps = ended.sweep - case.equilibration;
+            let record = Record { identity: case.identity(replica), sweeps, warnings };
+            self.folder.finish(case, replica, &record)?;
+        }
+        Ok(ended.is_finished())
+    }
+
+    /// Whether a task was finished, by whatever process.
+    #[must_use]
+    pub fn is_finished(&self, Task { case, replica }: Task) -> bool {
+        self.folder.record(&self.table.cases[case], replica).is_some()
+    }
+
+    /// Whether all were told to stop.
+    #[must_use]
+    pub fn is_stopping(&self) -> bool {
+        self.stop.load(Ordering::SeqCst)
+    }
+
+    /// A task in words.
+    #[must_use]
+    pub fn describe(&self, Task { case, replica }: Task) -> String {
+        let case = &self.table.cases[case];
+        format!("{}, replica {replica} (seed {})", case.name, case.replica(replica).seed())
+    }
+}

@@ -1,0 +1,7 @@
+//! What must hold of a sweep, without MPI: ranks are threads here.
+
+#![allow(clippy::unwrap_used, clippy::panic)]
+
+mod ranks;
+mod tables;
+mod threads_as_ranks;

@@ -26,7 +26,7 @@ fn main() -> Result<(), Error> {
     println!(
         "asked     model                 share of spheres at a wrong height (the truth is known to {known_to:.4})"
     );
-    for tolerance in [0.3, 0.05, 0.004, 0.0005] {
+    for tolerance in [0.3, 0.05, 0.004] {
         let choice = scene.model_for(Accuracy::density(tolerance)?)?;
         let name = match choice.model() {
             Model::IdealGas(_) => "ideal gas".to_owned(),

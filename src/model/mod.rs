@@ -46,7 +46,7 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
     /// // One in two hundred: the layers at the base count.
     /// assert!(matches!(scene.model_for(Accuracy::density(0.005)?)?.model(), Model::DensityFunctional(_)));
     /// // Better than any theory is known to be.
-    /// let choice = scene.model_for(Accuracy::density(0.0005)?)?;
+    /// let choice = scene.model_for(Accuracy::density(1e-4)?)?;
     /// println!("{choice}");
     /// let Model::MonteCarlo(plan) = choice.model() else { panic!("{choice}") };
     /// let mut simulation = plan.simulation(&scene, 1)?;

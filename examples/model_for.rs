@@ -1,4 +1,4 @@
-//! No more model than the scene needs: the cheapest of ideal gas, hydrostatic theory and Monte Carlo whose expected error, the share
+//! No more model than the scene needs: the cheapest of ideal gas, hydrostatic theory, density functional and Monte Carlo whose expected error, the share
 //! of spheres at a wrong height, stays below what is asked; why the cheaper ones do not do; and the densities that it gives.
 //! `cargo run --release --example model_for`
 
@@ -31,6 +31,7 @@ fn main() -> Result<(), Error> {
         let name = match choice.model() {
             Model::IdealGas(_) => "ideal gas".to_owned(),
             Model::Hydrostatics(_) => "hydrostatic theory".to_owned(),
+            Model::DensityFunctional(_) => "density functional".to_owned(),
             Model::MonteCarlo(plan) => format!("{} sweeps", plan.sweeps()),
             _ => "another".to_owned(),
         };

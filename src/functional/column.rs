@@ -21,7 +21,7 @@ use crate::{Error, Field, HydrostaticProfile, Hydrostatics, Scene, TemperaturePr
 /// use gradient_mc::functional::{DensityFunctional, WhiteBear2};
 /// use gradient_mc::{field::UniformField, temperature::Isothermal};
 /// let column = DensityFunctional::new(UniformField::default(), Isothermal::new(5.0)?, WhiteBear2);
-/// let profile = column.lid(100.0).column_density(20.0)?;
+/// let profile = column.lid(150.0).column_density(20.0)?;
 /// // The contact theorem: the base carries the weight of the column.
 /// assert!((5.0 * profile.number_density(0.5) - 20.0).abs() < 1e-6);
 /// # Ok::<(), gradient_mc::Error>(())

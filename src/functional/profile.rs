@@ -41,6 +41,11 @@ impl LayeredProfile {
         }
     }
 
+    /// The same in the form of a hydrostatic profile.
+    pub(crate) fn as_hydrostatic(&self) -> &HydrostaticProfile {
+        &self.profile
+    }
+
     /// Number density n(x) of centers; 0 nearer to a wall than half a diameter.
     #[must_use]
     pub fn number_density(&self, height: f64) -> f64 {

@@ -118,3 +118,29 @@ fn the_functional_derivative_is_that_of_the_free_energy() {
         approx::assert_relative_eq!(found, expected, max_relative = 1e-9);
     }
 }
+
+/// On panels half as wide the profile is the same.
+#[test]
+fn the_grid_does_not_matter() {
+    use super::potential::Potential;
+    use super::solution::{Given, Problem};
+    use crate::Wall;
+    use crate::field::UniformField;
+    use crate::temperature::Isothermal;
+    let rule = Legendre::new();
+    let (field, temperature) = (UniformField::default(), Isothermal::new(1.5).unwrap());
+    let ends = [0.5, 20.0];
+    let solved = |grid: Grid| {
+        let potential = Potential::new(&field, &temperature, Some(1.5), &grid, Wall::Lid, 1.5).unwrap();
+        let start = grid.nodes.iter().map(|height| -height / 4.0).collect();
+        let problem = Problem::new(&rule, &WhiteBear2, grid, potential, Given::ColumnDensity(8.0));
+        let solution = problem.solve(start).unwrap();
+        let heights = [0.5, 0.6, 0.9, 1.3, 1.499, 1.501, 2.2, 3.7, 8.0, 15.0, 20.0];
+        heights.map(|height| problem.grid.interpolate(&rule, &solution.logarithms, height))
+    };
+    let usual = Grid::new(&rule, ends, [true, true]);
+    let fine = usual.halved(&rule, &(0..usual.panels().len()).collect::<Vec<_>>());
+    for (usual, fine) in solved(usual).into_iter().zip(solved(fine)) {
+        assert!((usual - fine).abs() < 1e-7, "{:e}", usual - fine);
+    }
+}

@@ -1,6 +1,7 @@
 //! The candidates for one scene, and the one that is enough.
 
 use super::accuracy::{Accuracy, Percent, densities};
+use super::corrected_layers::CorrectedLayers;
 use super::outlook::Outlook;
 use super::plan::{MonteCarloPlan, MoveFamily};
 use crate::hydrostatics::DomainExit;
@@ -16,6 +17,8 @@ pub enum Model {
     /// Hydrostatic balance between walls: the fluid of [`ModifiedKolafa`](crate::equation_of_state::ModifiedKolafa), or
     /// [`FluidSolid`](crate::equation_of_state::FluidSolid) where that freezes.
     Hydrostatics(HydrostaticProfile),
+    /// The White Bear II functional, which has the layers, on the bulk of [`Hydrostatics`](Self::Hydrostatics).
+    DensityFunctional(CorrectedLayers),
     /// A simulation, to be run.
     MonteCarlo(MonteCarloPlan),
 }
@@ -32,6 +35,7 @@ impl Model {
     ) -> Result<Vec<f64>, Error> {
         match self {
             Self::IdealGas(profile) | Self::Hydrostatics(profile) => Ok(densities(scene, profile)),
+            Self::DensityFunctional(layers) => Ok(layers.densities(scene)),
             Self::MonteCarlo(plan) => plan.densities(scene, seed),
         }
     }
@@ -42,6 +46,7 @@ impl fmt::Display for Model {
         match self {
             Self::IdealGas(_) => formatter.write_str("ideal gas"),
             Self::Hydrostatics(_) => formatter.write_str("hydrostatic theory between walls"),
+            Self::DensityFunctional(_) => formatter.write_str("density functional White Bear II"),
             Self::MonteCarlo(plan) => write!(formatter, "Monte Carlo of {plan}"),
         }
     }
@@ -53,7 +58,7 @@ impl fmt::Display for Model {
 pub enum Cause {
     /// Points take up no room.
     ExcludedVolume,
-    /// A local theory has no layers at a wall.
+    /// A local theory has no layers at a wall, and those of a functional are not quite right.
     Layers,
     /// Equation of state, and density taken to be locally uniform.
     LocalTheory,
@@ -83,7 +88,7 @@ pub struct Assessment {
     pub model: Model,
     /// Error that is expected, of what [`Accuracy`] asks for; of a plan, root mean square over seeds.
     pub expected_error: f64,
-    /// Local trials and events of event chains that are expected; 0 for a formula, which takes milliseconds. A core makes some 5 to 20
+    /// Local trials and events of event chains that are expected; 0 for a formula, which takes milliseconds, or tenths of a second. A core makes some 5 to 20
     /// million of either per second: `cargo bench --bench throughput -- packing` says what yours does.
     pub expected_moves: f64,
     /// Whether the error stays below the tolerance, with an allowance for what the estimate does not know.
@@ -125,28 +130,41 @@ impl ModelChoice {
         let outlook = Outlook::new(scene, &accuracy)?;
         let tolerance = accuracy.tolerance();
         let knowable = outlook.freezing.is_none() && outlook.open_end <= Self::OPEN_END_SHARE * tolerance;
-        let formula = |model, expected_error: f64, causes| Assessment {
+        let formula = |model, expected_error: f64, allowance: f64, causes| Assessment {
             model,
             expected_error,
             expected_moves: 0.0,
-            is_adequate: knowable && expected_error * outlook.allowance() <= tolerance,
+            is_adequate: knowable && expected_error * allowance <= tolerance,
             causes,
         };
         let mut plan = best_plan(scene, &outlook, tolerance)?;
         plan.is_adequate &= knowable;
-        let candidates = vec![
+        let mut candidates = vec![
             formula(
                 Model::IdealGas(outlook.ideal.clone()),
                 outlook.ideal_error(),
+                outlook.allowance(),
                 vec![(Cause::ExcludedVolume, outlook.excluded_volume)],
             ),
             formula(
                 Model::Hydrostatics(outlook.theory.clone()),
                 outlook.theory_error(),
+                outlook.allowance(),
                 vec![(Cause::Layers, outlook.layers), (Cause::LocalTheory, outlook.bulk)],
             ),
-            plan,
         ];
+        // It takes longer, and is not for every scene: one that freezes, or has jumps.
+        if !candidates.iter().any(|candidate| candidate.is_adequate)
+            && let Ok(layers) = CorrectedLayers::new(scene, &outlook.theory)
+        {
+            candidates.push(formula(
+                Model::DensityFunctional(layers),
+                outlook.functional_error(),
+                outlook.functional_allowance(),
+                vec![(Cause::Layers, outlook.functional_layers), (Cause::LocalTheory, outlook.bulk)],
+            ));
+        }
+        candidates.push(plan);
         // Where nothing is known to be adequate, the one that leaves out least.
         let chosen =
             candidates.iter().position(|candidate| candidate.is_adequate).unwrap_or(candidates.len() - 1);
@@ -259,6 +277,7 @@ impl fmt::Display for ModelChoice {
             let name = match candidate.model {
                 Model::IdealGas(_) => "ideal gas",
                 Model::Hydrostatics(_) => "hydrostatic theory",
+                Model::DensityFunctional(_) => "density functional",
                 Model::MonteCarlo(_) => "Monte Carlo",
             };
             let word = if candidate.is_adequate { "enough" } else { "not enough" };

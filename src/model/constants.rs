@@ -25,6 +25,16 @@ pub const LAYERS_SCATTER: f64 = 2.0837e-2;
 pub const LAYERS_SHAPE: [f64; 8] =
     [0.52555, -0.36634, -6.4815e-2, -2.4044e-2, -1.2062e-2, -6.8998e-3, 8.5389e-5, -2.0728e-4];
 
+/// What a density functional's layers miss, in spheres per area of a wall: of η⁶, and of η² in quadrature, which is what columns do not resolve.
+pub const FUNCTIONAL: [f64; 2] = [1.4014, 9.3316e-3];
+
+/// The same of the functional as [`LAYERS_SHAPE`] of the theory.
+pub const FUNCTIONAL_SHAPE: [f64; 8] =
+    [-0.46923, 0.2703, 0.12266, 2.0266e-2, 4.6898e-4, -4.5632e-2, 4.5049e-2, 2.64e-2];
+
+/// Factor by which the functional may be worse than expected in n.
+pub const FUNCTIONAL_ALLOWANCE: f64 = 1.5667;
+
 /// Part of what excluded volume does to a profile that the theory misses beyond the layers.
 pub const BULK: f64 = 1.4692e-3;
 

@@ -1,12 +1,13 @@
 //! No more model than the scene needs.
 //!
-//! Ideal gas, hydrostatic theory and Monte Carlo give the same profile with more and more effort. [`Scene::model_for`] tells which is
+//! Ideal gas, hydrostatic theory, a density functional and Monte Carlo give the same profile with more and more effort. [`Scene::model_for`] tells which is
 //! the cheapest that is as accurate as an [`Accuracy`] asks, of n, P or Z, and what the cheaper ones miss.
 //!
 //! | candidate | error | cost |
 //! |---|---|---|
 //! | [`Hydrostatics`](crate::Hydrostatics) with [`IdealGas`](crate::equation_of_state::IdealGas) | excluded volume: what the theory says it does | milliseconds |
 //! | [`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls) | the layers at the walls | milliseconds |
+//! | [`CorrectedLayers`] | what the functional makes wrong of the layers | tenths of a second |
 //! | [`MonteCarloPlan`] | counting noise, a finite base | as 1/error² |
 //!
 //! How the estimates were made, and how well they do on scenes that they have not seen, is said in `docs/models.md`.
@@ -15,11 +16,13 @@ mod accuracy;
 mod choice;
 #[doc(hidden)]
 pub mod constants;
+mod corrected_layers;
 mod outlook;
 mod plan;
 
 pub use accuracy::{Accuracy, Quantity, densities, total_variation_distance};
 pub use choice::{Assessment, Cause, Model, ModelChoice};
+pub use corrected_layers::CorrectedLayers;
 pub use plan::{MonteCarloPlan, MoveFamily};
 
 use crate::{Error, Field, Scene, TemperatureProfile};
@@ -27,8 +30,8 @@ use crate::{Error, Field, Scene, TemperatureProfile};
 impl<F: Field, T: TemperatureProfile> Scene<F, T> {
     /// The cheapest model of this scene that is as accurate as is asked for, with the reasons in words and numbers.
     ///
-    /// Ideal gas, hydrostatic theory and Monte Carlo are considered, in this order. To decide between them takes both formulas, some
-    /// milliseconds. The base of the scene does not matter, except where the column freezes: profiles depend on N/A, and a plan comes
+    /// Ideal gas, hydrostatic theory, a density functional and Monte Carlo are considered, in this order. To decide between them takes both
+    /// formulas, some milliseconds, and where they are not enough the functional, some tenths of a second. The base of the scene does not matter, except where the column freezes: profiles depend on N/A, and a plan comes
     /// with a base of its own.
     ///
     /// ```
@@ -41,13 +44,15 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
     /// // A twentieth.
     /// assert!(matches!(scene.model_for(Accuracy::density(0.05)?)?.model(), Model::Hydrostatics(_)));
     /// // One in two hundred: the layers at the base count.
-    /// let choice = scene.model_for(Accuracy::density(0.005)?)?;
+    /// assert!(matches!(scene.model_for(Accuracy::density(0.005)?)?.model(), Model::DensityFunctional(_)));
+    /// // Better than any theory is known to be.
+    /// let choice = scene.model_for(Accuracy::density(1e-4)?)?;
     /// println!("{choice}");
     /// let Model::MonteCarlo(plan) = choice.model() else { panic!("{choice}") };
     /// let mut simulation = plan.simulation(&scene, 1)?;
-    /// simulation.equilibrate(plan.equilibration_sweeps(), &mut ())?;
-    /// // ... or all of it at once, also for the other two:
-    /// let densities = choice.model().densities(&scene, 1)?;
+    /// simulation.equilibrate(100, &mut ())?;
+    /// // ... or all of it at once, as for the others:
+    /// let densities = scene.model_for(Accuracy::density(0.02)?)?.model().densities(&scene, 1)?;
     /// assert_eq!(densities.len(), 30);
     /// # Ok::<(), gradient_mc::Error>(())
     /// ```

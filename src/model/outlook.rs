@@ -4,7 +4,8 @@
 
 use super::accuracy::{Accuracy, Quantity, densities, height};
 use super::constants::{
-    ALLOWANCE, BULK, FINITE_BASE, LAYERS, LAYERS_SCATTER, LAYERS_SHAPE, MOVES, NOISE, Noise,
+    ALLOWANCE, BULK, FINITE_BASE, FUNCTIONAL, FUNCTIONAL_ALLOWANCE, FUNCTIONAL_SHAPE, LAYERS, LAYERS_SCATTER,
+    LAYERS_SHAPE, MOVES, NOISE, Noise,
 };
 use super::plan::{MonteCarloPlan, MoveFamily};
 use crate::diagnostics::LEAST_LAYER;
@@ -22,6 +23,13 @@ fn layering(packing_fraction: f64) -> f64 {
     eta * eta * polynomial.hypot(LAYERS_SCATTER)
 }
 
+/// The same of a density functional: what fluids at high packing fractions show, and what dilute ones do not resolve.
+fn functional_layering(packing_fraction: f64) -> f64 {
+    let [dense, unresolved] = FUNCTIONAL;
+    let square = packing_fraction * packing_fraction;
+    square * (dense * square * square).hypot(unresolved)
+}
+
 /// What is known of a scene without a simulation, for one accuracy that is asked for.
 #[derive(Debug, Clone)]
 pub(super) struct Outlook {
@@ -37,6 +45,8 @@ pub(super) struct Outlook {
     /// Error of the theory by the layers at the walls, and by equation of state and local density beyond them.
     pub(super) layers: f64,
     pub(super) bulk: f64,
+    /// Error of a density functional in the layers at the walls.
+    pub(super) functional_layers: f64,
     /// Error of a base with one sphere, as far as errors are small.
     finite_base: f64,
     /// Error of a single configuration of one sphere.
@@ -97,7 +107,6 @@ impl Outlook {
         let mixed = |part: f64| -> Vec<f64> {
             points.iter().zip(&spheres).map(|(point, sphere)| sphere + part * (point - sphere)).collect()
         };
-        let mut layered = spheres.clone();
         let ends = [
             (theory.base(), theory.base_packing_fraction(), theory.base_pressure()),
             (theory.top(), theory.packing_fraction(theory.top()), theory.lid_pressure()),
@@ -106,13 +115,17 @@ impl Outlook {
             Wall::Lid => ends,
             Wall::Base => [ends[1], ends[0]],
         };
-        for (from_wall, part) in LAYERS_SHAPE.iter().enumerate().take(layered.len()) {
-            let [near, far] = [resting, open].map(|(_, eta, _)| 2.0 * layering(eta) * part);
-            // A part that is more than there is would have no meaning.
-            for (bin, change) in [(from_wall, near), (layered.len() - 1 - from_wall, far)] {
-                layered[bin] = (layered[bin] + change).max(0.1 * spheres[bin]);
+        let layered = |shape: [f64; 8], layering: fn(f64) -> f64| {
+            let mut layered = spheres.clone();
+            for (from_wall, part) in shape.iter().enumerate().take(layered.len()) {
+                let [near, far] = [resting, open].map(|(_, eta, _)| 2.0 * layering(eta) * part);
+                // A part that is more than there is would have no meaning.
+                for (bin, change) in [(from_wall, near), (layered.len() - 1 - from_wall, far)] {
+                    layered[bin] = (layered[bin] + change).max(0.1 * spheres[bin]);
+                }
             }
-        }
+            layered
+        };
         let error = |profile: &[f64]| accuracy.error(scene, profile, &spheres);
         let outermost = height(scene, bins.end as f64 - 0.5).clamp(theory.base(), theory.top());
         let needs_weight = accuracy.quantity() != Quantity::Density;
@@ -120,7 +133,8 @@ impl Outlook {
             quantity: accuracy.quantity(),
             isothermal: temperature::constant(scene.temperature(), slab).is_some(),
             excluded_volume: error(&points),
-            layers: error(&layered),
+            layers: error(&layered(LAYERS_SHAPE, layering)),
+            functional_layers: error(&layered(FUNCTIONAL_SHAPE, functional_layering)),
             bulk: error(&mixed(BULK)),
             finite_base: error(&mixed(SMALL)) / SMALL * FINITE_BASE,
             spread: accuracy.noise(scene, &spheres, 1.0),
@@ -136,6 +150,16 @@ impl Outlook {
     /// Error of the theory.
     pub(super) fn theory_error(&self) -> f64 {
         self.layers.hypot(self.bulk)
+    }
+
+    /// Error of the density functional: beyond the layers it is the theory.
+    pub(super) fn functional_error(&self) -> f64 {
+        self.functional_layers.hypot(self.bulk)
+    }
+
+    /// What that may become. P and Z above the layers are those of the theory.
+    pub(super) fn functional_allowance(&self) -> f64 {
+        self.allowance().max(FUNCTIONAL_ALLOWANCE)
     }
 
     /// Error of the ideal gas.

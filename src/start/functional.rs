@@ -8,8 +8,9 @@ use nalgebra::Vector3;
 
 /// As [`Theory`](super::Theory), with the numbers in each layer of the lattice from a density functional, which knows the layers at the walls.
 ///
-/// A lattice is not what layers the fluid, and its melting takes as long as from [`Theory`](super::Theory): the column is no sooner steady
-/// for it. It is for columns whose fluid a functional of a user's own knows better.
+/// The lattice has to melt all the same, but a dense base is right sooner: with 40 spheres per area at T = 5, bins of a quarter of a diameter
+/// up to x = 4 are off by 4 % (root mean square) between sweeps 80 and 160, and by 10 % from [`Theory`](super::Theory); from sweep 160 on both
+/// are alike. It costs some tenths of a second, and there is none where [`Scene::density_functional`](crate::Scene::density_functional) fails, as in a column that freezes.
 ///
 /// ```
 /// use gradient_mc::functional::WhiteBear2;

@@ -1,6 +1,7 @@
 //! From the calibration files to the constants of `gradient_mc::model`.
 
 use super::data::{Base, ColumnRow, Data, Formula, LayerRow, Moves, Plan};
+use super::functional::Functional;
 use super::scenes::Parameters;
 use crate::Failure;
 use crate::least_squares::least_squares;
@@ -10,7 +11,7 @@ use gradient_mc::model::{Accuracy, MonteCarloPlan, Quantity};
 /// Leading coefficient of the layers, exact: (7/32)(6/π) η².
 const LEADING: f64 = 21.0 / (16.0 * std::f64::consts::PI);
 /// A column tells of an error that is this much above its noise.
-const RESOLVED: f64 = 3.0;
+pub(super) const RESOLVED: f64 = 3.0;
 /// Bases narrower than this are not recommended, and not fitted to.
 const NARROWEST: f64 = 4.0;
 /// Extents of columns that have a bulk above the layers.
@@ -24,6 +25,9 @@ pub struct Constants {
     pub layers: [f64; 4],
     pub layers_scatter: f64,
     pub layers_shape: [f64; 8],
+    pub functional: [f64; 2],
+    pub functional_shape: [f64; 8],
+    pub functional_allowance: f64,
     pub bulk: f64,
     pub allowance: [f64; 3],
     pub finite_base: f64,
@@ -37,6 +41,9 @@ impl Constants {
         layers: constants::LAYERS,
         layers_scatter: constants::LAYERS_SCATTER,
         layers_shape: constants::LAYERS_SHAPE,
+        functional: constants::FUNCTIONAL,
+        functional_shape: constants::FUNCTIONAL_SHAPE,
+        functional_allowance: constants::FUNCTIONAL_ALLOWANCE,
         bulk: constants::BULK,
         allowance: constants::ALLOWANCE,
         finite_base: constants::FINITE_BASE,
@@ -49,6 +56,9 @@ impl Constants {
         let mut numbers = self.layers.to_vec();
         numbers.push(self.layers_scatter);
         numbers.extend(self.layers_shape);
+        numbers.extend(self.functional);
+        numbers.extend(self.functional_shape);
+        numbers.push(self.functional_allowance);
         numbers.push(self.bulk);
         numbers.extend(self.allowance);
         numbers.push(self.finite_base);
@@ -81,7 +91,11 @@ pub fn fit(data: &Data) -> Result<(Constants, Quality), Failure> {
             fit_noise(&data.columns, &plans)
         })
     });
+    let functional = Functional::fit(&data.columns, &data.layers)?;
     let constants = Constants {
+        functional: functional.amplitudes,
+        functional_shape: functional.shape,
+        functional_allowance: functional.allowance,
         layers,
         layers_scatter,
         layers_shape: fit_shape(&data.layers),
@@ -96,7 +110,7 @@ pub fn fit(data: &Data) -> Result<(Constants, Quality), Failure> {
 }
 
 /// Whether the field of a row is this index.
-fn is(field: f64, index: usize) -> bool {
+pub(super) fn is(field: f64, index: usize) -> bool {
     (field - index as f64).abs() < 0.5
 }
 

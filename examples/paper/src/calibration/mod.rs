@@ -2,4 +2,5 @@
 
 pub mod data;
 pub mod fit;
+mod functional;
 pub mod scenes;

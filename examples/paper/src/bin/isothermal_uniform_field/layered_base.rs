@@ -18,6 +18,9 @@ const HIGHEST: f64 = 8.0;
 const FUNCTIONAL: f64 = 0.03;
 /// Up to this temperature places and heights of layers are compared; those of hotter columns are low and broad.
 const COMPARED: f64 = 15.0;
+/// Of the functionals, in their order.
+const COLORS: [paper::figure::RGBColor; 5] =
+    [colors::GRAY, colors::SKY, colors::INK, colors::GREEN, colors::PURPLE];
 /// The temperature of the independent simulation.
 const INDEPENDENT: f64 = 5.0;
 
@@ -32,7 +35,7 @@ pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Fa
         "layered_base",
         &figure,
         "Above: number density near the base in bins of 0.1 d (points), the White Bear II functional (line) and the local theory \
-         between walls (dashed). Below: deviation from White Bear II of the simulation (points) and of the other functionals (lines).",
+         between walls (dashed). Below: deviation from White Bear II of the simulation (points) and of the other functionals (lines, named above at T₀ = 30).",
     )?;
     write_tables(states, report)?;
     claims(states, report)
@@ -61,8 +64,13 @@ fn profile(state: &State<'_>, column: usize) -> Panel {
     )
     .with_title(&format!("T₀ = {temperature}"))
     .with_legend(Corner::TopRight);
-    let functional = theory.white_bear().base.iter().copied().filter(|(height, _)| *height < HIGHEST);
-    panel = panel.line("White Bear II", colors::INK, Mark::Line, functional);
+    // All in the last picture, where they are one line and leave room for their names.
+    let white_bear = paper::functionals::WHITE_BEAR_2;
+    let shown = |&(number, _): &(usize, _)| column == 2 || number == white_bear;
+    for (number, functional) in theory.functionals.iter().enumerate().filter(shown) {
+        let line = functional.base.iter().copied().filter(|(height, _)| *height < HIGHEST);
+        panel = panel.line(functional.name, COLORS[number], Mark::Line, line);
+    }
     panel
         .line(
             "local theory between walls",
@@ -89,8 +97,6 @@ fn from_functional<'a>(
 }
 
 fn deviation(state: &State<'_>, column: usize) -> Panel {
-    const COLORS: [paper::figure::RGBColor; 5] =
-        [colors::GRAY, colors::SKY, colors::INK, colors::GREEN, colors::PURPLE];
     let white_bear = state.theory.white_bear();
     let points =
         from_functional(state, white_bear).map(|(height, deviation)| Point::percent(height, deviation));
@@ -98,16 +104,15 @@ fn deviation(state: &State<'_>, column: usize) -> Panel {
         place(column, true),
         Axis::new("height x / d", 0.0, HIGHEST).with_numbers(9),
         Axis::new("n / n(White Bear II) − 1  (%)", -40.0, 40.0).with_numbers(7),
-    )
-    .with_legend(Corner::TopRight);
+    );
     for (functional, color) in state.theory.functionals.iter().zip(COLORS) {
         let ratios = functional.base.iter().zip(&white_bear.base);
         let line = ratios
             .filter(|((height, _), _)| *height < HIGHEST)
             .map(|((height, density), (_, known))| (*height, 100.0 * (density / known - 1.0)));
-        panel = panel.line(functional.name, color, Mark::Line, line);
+        panel = panel.line("", color, Mark::Line, line);
     }
-    panel.points("simulation", color_of(state.temperature), Mark::Points, points)
+    panel.points("", color_of(state.temperature), Mark::Points, points)
 }
 
 /// Root mean square over the bins of the deviation from a functional, and of its error.

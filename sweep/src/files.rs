@@ -4,12 +4,9 @@ use crate::Failure;
 use crate::case::Case;
 use gradient_mc::Warning;
 use serde::{Deserialize, Serialize};
-use std::fs::{self, File, TryLockError};
+use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread;
-use std::time::{Duration, Instant};
 
 /// The folder of a sweep, which all ranks see.
 #[derive(Debug, Clone)]
@@ -40,10 +37,6 @@ impl From<&Warning> for Noted {
         Self { kind: warning.kind().to_string(), text: warning.to_string() }
     }
 }
-
-/// The right to work on a replica, for as long as it is held.
-#[derive(Debug)]
-pub struct Claim(#[allow(dead_code, reason = "the system frees the lock when the file is closed")] File);
 
 impl Folder {
     /// Makes the folder if there is none.
@@ -91,33 +84,6 @@ impl Folder {
     #[must_use]
     pub fn results(&self, name: &str) -> PathBuf {
         self.0.join(name)
-    }
-
-    /// Keeps other processes from working on a replica: those of a job that was sent twice, or those that a killed `mpirun`
-    /// left behind, for which it waits; nothing if it is told to stop then. File systems that cannot lock keep nobody away.
-    ///
-    /// # Errors
-    /// [`Failure::Held`] if another still works on it after `patience`; [`Failure::File`].
-    pub fn claim(
-        &self,
-        case: &Case,
-        replica: usize,
-        patience: Duration,
-        stop: &AtomicBool,
-    ) -> Result<Option<Claim>, Failure> {
-        let path = self.of(case, replica, ".lock");
-        let file = File::create(&path).map_err(|source| Failure::File { path, source })?;
-        let start = Instant::now();
-        while let Err(TryLockError::WouldBlock) = file.try_lock() {
-            if stop.load(Ordering::SeqCst) {
-                return Ok(None);
-            }
-            if start.elapsed() > patience {
-                return Err(Failure::Held);
-            }
-            thread::sleep(Duration::from_millis(50));
-        }
-        Ok(Some(Claim(file)))
     }
 }
 

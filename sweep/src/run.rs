@@ -9,7 +9,8 @@ use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::time::Duration;
+use std::thread;
+use std::time::{Duration, Instant};
 
 /// Why a replica could not be finished.
 #[derive(Debug, thiserror::Error)]
@@ -26,15 +27,18 @@ pub enum Failure {
         /// What the system said.
         source: io::Error,
     },
-    /// Two jobs do the same.
-    #[error("another process works on it")]
-    Held,
     /// A fault of the program.
     #[error("panicked: {0}")]
     Panicked(String),
 }
 
 impl Failure {
+    /// Whether another process works on the same run.
+    fn is_held(&self) -> bool {
+        let source = self.source().and_then(|source| source.downcast_ref::<io::Error>());
+        source.is_some_and(|source| source.kind() == io::ErrorKind::WouldBlock)
+    }
+
     /// With its causes, on one line.
     #[must_use]
     pub fn explained(&self) -> String {
@@ -73,11 +77,25 @@ impl Job {
         })
     }
 
-    fn simulate(&self, Task { case, replica }: Task, progress: impl Fn([u64; 2])) -> Result<bool, Failure> {
+    /// Waits while another process has the checkpoint: that of a job that was sent twice, or that a killed `mpirun` left
+    /// behind.
+    fn simulate(&self, task: Task, progress: impl Fn([u64; 2])) -> Result<bool, Failure> {
+        let start = Instant::now();
+        loop {
+            match self.attempt(task, &progress) {
+                Err(failure) if failure.is_held() && start.elapsed() < self.patience => {
+                    if self.is_stopping() {
+                        return Ok(false);
+                    }
+                    thread::sleep(Duration::from_millis(50));
+                }
+                ended => return ended,
+            }
+        }
+    }
+
+    fn attempt(&self, Task { case, replica }: Task, progress: impl Fn([u64; 2])) -> Result<bool, Failure> {
         let case = &self.table.cases[case];
-        let Some(_claim) = self.folder.claim(case, replica, self.patience, &self.stop)? else {
-            return Ok(false);
-        };
         let scene = case.scene()?;
         let mut observers = case.observers(&scene)?;
         let builder = Simulation::builder(scene).seed(case.replica(replica).seed());

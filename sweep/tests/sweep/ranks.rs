@@ -166,16 +166,17 @@ fn two_processes_do_not_work_on_the_same_run() {
     let mut job = job(TABLE, &scratch.0);
     job.patience = Duration::from_millis(100);
     let case = &job.table.cases[0];
-    let claim = job.folder.claim(case, 0, job.patience, &job.stop).unwrap().unwrap();
+    let lock = fs::File::create(job.folder.checkpoint(case, 0).with_extension("0_0.lock")).unwrap();
+    lock.lock().unwrap();
     let task = job.table.tasks()[0];
     let refused = job.run(task, |_| {}).unwrap_err();
-    assert_eq!(refused.to_string(), "another process works on it");
+    assert!(refused.explained().ends_with("another process has it"), "{}", refused.explained());
     // As when the other process is ended.
     job.patience = Duration::from_secs(60);
     thread::scope(|scope| {
         let waits = scope.spawn(|| job.run(task, |_| {}));
         thread::sleep(Duration::from_millis(200));
-        drop(claim);
+        drop(lock);
         assert!(waits.join().unwrap().unwrap());
     });
 }

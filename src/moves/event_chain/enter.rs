@@ -21,12 +21,15 @@ pub(super) struct Entrance {
 }
 
 impl Entrance {
+    /// Fewer that have moved are entered sooner than threads are told.
+    const MANY: usize = 4096;
+
     /// Enters what became of some visits for chains along `axis`. All layers can be changed at the same time: first what stays
     /// in them and what leaves them, then what comes to them, in the order of the layers whence it comes.
     pub(super) fn enter(&mut self, axis: usize, grid: &Grid, layers: &mut [Layer], outcomes: &[Outcome]) {
         let Self { departures, arrivals, ends } = self;
         departures.resize_with(layers.len(), Vec::new);
-        let many = outcomes.len() > 1;
+        let many = outcomes.iter().map(Outcome::moved).sum::<usize>() > Self::MANY;
         each(many, layers, departures, |number, layer, departures| {
             departures.clear();
             // No more can leave it.

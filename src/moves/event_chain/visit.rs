@@ -78,6 +78,11 @@ impl Outcome {
         self.error = None;
     }
 
+    /// Number of spheres that moved.
+    pub(super) fn moved(&self) -> usize {
+        self.moved.len()
+    }
+
     /// Spheres of a layer that moved.
     pub(super) fn moved_from(&self, layer: usize) -> &[Moved] {
         let Some(place) = layer.checked_sub(self.first_layer) else { return &[] };

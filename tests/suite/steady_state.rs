@@ -63,11 +63,11 @@ fn meet(high: &[(f64, f64)], low: &[(f64, f64)], cap: f64) -> Result<(), String>
     Ok(())
 }
 
-/// Whether the center of mass is still above: by more than the same number of joint errors, these below `cap`.
+/// Whether the center of mass is still above: by more than the same number of joint errors, the relative error below `cap`.
 fn is_above(high: &[(f64, f64)], low: &[(f64, f64)], cap: f64) -> Result<(), String> {
     let (a, b) = (high[0], low[0]);
     let error = a.1.hypot(b.1);
-    if error < cap * b.0 && a.0 - b.0 > SIGMAS * error {
+    if error < cap * a.0 && a.0 - b.0 > SIGMAS * error {
         Ok(())
     } else {
         Err(format!("{a:?} is not above {b:?}"))

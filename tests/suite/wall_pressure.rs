@@ -90,7 +90,7 @@ fn two_spheres_in_a_box_press_as_they_must() {
     let mut simulation = Simulation::builder(scene).moves(chains).seed(1).build().unwrap();
     let mut walls = WallPressure::new(&scene).unwrap();
     simulation.equilibrate(1000, &mut ()).unwrap();
-    simulation.run(500_000, &mut walls).unwrap();
+    simulation.run(1_000_000, &mut walls).unwrap();
     for wall in [Wall::Lid, Wall::Base] {
         let pressure = walls.at(wall).unwrap();
         println!("{pressure}, exactly {exact:.5}, of an ideal gas {ideal:.5}");

@@ -367,7 +367,8 @@ fn a_run_goes_on_while_there_is_no_room() {
     let (mut failures, mut successes, stop) = (0, 0, AtomicBool::new(false));
     let fill = || drop(std::os::unix::fs::symlink("/dev/full", folder.0.join("run.new")));
     let before = std::cell::RefCell::new(Vec::new());
-    let this = run(&path, 1 << 40).checkpoint_every(Duration::from_millis(20)).stop_on(&stop);
+    // Less often than progress is shown, so that what becomes of each is seen.
+    let this = run(&path, 1 << 40).checkpoint_every(Duration::from_millis(150)).stop_on(&stop);
     let this = this.progress(|progress| {
         if let Some(error) = progress.unsaved {
             let reason = std::error::Error::source(error).unwrap().to_string();

@@ -2,6 +2,7 @@
 
 use super::HydrostaticProfile;
 use super::march::Panel;
+use super::profile::Cumulated;
 use crate::equation_of_state::packing_fraction;
 use crate::legendre::{Legendre, ORDER, Series, evaluate};
 
@@ -48,24 +49,7 @@ impl HydrostaticProfile {
         all.extend(
             self.panels.iter().filter(|panel| panel.start >= ends[1]).map(|panel| outer(panel, shifts[1])),
         );
-        let mut total = 0.0;
-        let mut sums = |mass: f64| {
-            let here = total;
-            total += mass;
-            here
-        };
-        let below = all.iter().map(|panel| sums(panel.mass)).collect();
-        let mut rest = 0.0;
-        let mut above: Vec<f64> = all
-            .iter()
-            .rev()
-            .map(|panel| {
-                let here = rest;
-                rest += panel.mass;
-                here
-            })
-            .collect();
-        above.reverse();
+        let Cumulated { below, above, column_density } = Cumulated::of(&all);
         let moment: f64 = all.iter().map(|panel| panel.moment).sum();
         let heights = all.iter().flat_map(|panel| {
             let inside =
@@ -83,8 +67,8 @@ impl HydrostaticProfile {
         Self {
             base: all.first().map_or(base, |panel| panel.start),
             top: all.last().map_or(base, |panel| panel.end),
-            column_density: rest,
-            center_of_mass: base + moment / rest,
+            column_density,
+            center_of_mass: base + moment / column_density,
             ln_base_pressure: pressure(all.first(), -1.0),
             base_packing_fraction: all.first().map_or(0.0, |panel| packing_fraction(panel.edges[0])),
             lid_pressure: libm::exp(pressure(all.last(), 1.0)),

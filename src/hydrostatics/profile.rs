@@ -49,40 +49,49 @@ pub struct DomainExit {
     pub side: DomainSide,
 }
 
+/// Spheres per area by panel.
+pub(super) struct Cumulated {
+    pub(super) below: Vec<f64>,
+    /// Summed from the thin end, so that what lies above a great height has its digits.
+    pub(super) above: Vec<f64>,
+    pub(super) column_density: f64,
+}
+
+impl Cumulated {
+    pub(super) fn of(panels: &[Panel]) -> Self {
+        /// What comes before each panel, and all.
+        fn before<'a>(panels: impl Iterator<Item = &'a Panel>) -> (Vec<f64>, f64) {
+            let mut sum = 0.0;
+            let sums = panels
+                .map(|panel| {
+                    let here = sum;
+                    sum += panel.mass;
+                    here
+                })
+                .collect();
+            (sums, sum)
+        }
+        let (below, _) = before(panels.iter());
+        let (mut above, column_density) = before(panels.iter().rev());
+        above.reverse();
+        Self { below, above, column_density }
+    }
+}
+
 impl HydrostaticProfile {
     pub(super) fn new<F: Field, T: TemperatureProfile, E: EquationOfState>(
         column: &Column<'_, F, T, E>,
         ln_base_pressure: f64,
         panels: Vec<Panel>,
     ) -> Result<Self, Error> {
-        let mut total = 0.0;
-        let below = panels
-            .iter()
-            .map(|panel| {
-                let here = total;
-                total += panel.mass;
-                here
-            })
-            .collect();
-        // Summed from the thin end, so that what lies above a great height has its digits.
-        let mut rest = 0.0;
-        let mut above: Vec<f64> = panels
-            .iter()
-            .rev()
-            .map(|panel| {
-                let here = rest;
-                rest += panel.mass;
-                here
-            })
-            .collect();
-        above.reverse();
+        let Cumulated { below, above, column_density } = Cumulated::of(&panels);
         let moment: f64 = panels.iter().rev().map(|panel| panel.moment).sum();
         let top = panels.last().map_or(column.base, |panel| panel.end);
         let lid_pressure = panels
             .last()
             .filter(|panel| column.lid.is_some_and(|lid| panel.end >= lid))
             .map_or(0.0, |panel| libm::exp(evaluate(&panel.ln_pressure, 1.0)));
-        let center_of_mass = column.base + moment / rest;
+        let center_of_mass = column.base + moment / column_density;
         if !center_of_mass.is_finite() {
             // Panels as narrow as rounding allows hold nothing, or more than a number can tell.
             return Err(Error::HydrostaticsNotConverged { height: column.base, residual: f64::INFINITY });
@@ -93,7 +102,7 @@ impl HydrostaticProfile {
             above,
             base: column.base,
             top,
-            column_density: rest,
+            column_density,
             center_of_mass,
             ln_base_pressure,
             base_packing_fraction: column.packing_fraction_at_base(ln_base_pressure)?,

@@ -1,6 +1,6 @@
 //! A run that goes on from a file is the run that was not interrupted, bit for bit.
 
-use crate::file::Folder;
+use crate::folder::Folder;
 use gradient_mc::checkpoint::{Persist, Snapshot};
 use gradient_mc::drive::{
     AveragedThenFrozen, EquationOfStateClosure, Instantaneous, RunningAverage, Scheme, SelfConsistent,

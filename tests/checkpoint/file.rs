@@ -1,5 +1,6 @@
 //! Files that are damaged, of other runs, or cannot be written.
 
+use crate::folder::Folder;
 use gradient_mc::checkpoint::Snapshot;
 use gradient_mc::drive::{EquationOfStateClosure, RunningAverage, SelfConsistent};
 use gradient_mc::equation_of_state::IdealGas;
@@ -12,7 +13,6 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::error::Error as _;
 use std::fs;
-use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 type Builder = SimulationBuilder<UniformField, ExponentialTemperature>;
@@ -35,24 +35,6 @@ fn snapshot() -> Snapshot {
     simulation.equilibrate(20, &mut ()).unwrap();
     simulation.run(41, &mut observer).unwrap();
     simulation.snapshot(&mut observer).unwrap()
-}
-
-/// A folder of its own, removed at the end.
-pub struct Folder(pub PathBuf);
-
-impl Folder {
-    pub fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("gradient-mc-{name}-{}", std::process::id()));
-        fs::remove_dir_all(&path).ok();
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        fs::remove_dir_all(&self.0).ok();
-    }
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Processes that are killed, at any moment, and those that are told to stop.
 
-use crate::file::Folder;
+use crate::folder::Folder;
 use gradient_mc::checkpoint::{Run, Signals, Snapshot};
 use gradient_mc::field::UniformField;
 use gradient_mc::observers::{Bins, ChainPressureProfile, DisplacementProfile};

@@ -1,6 +1,6 @@
 //! Results of many processes.
 
-use crate::file::Folder;
+use crate::folder::Folder;
 use gradient_mc::checkpoint::Run;
 use gradient_mc::field::UniformField;
 use gradient_mc::observers::{Bins, CenterOfMass, DensityProfile, EquationOfStateProfile};

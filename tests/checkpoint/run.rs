@@ -1,6 +1,6 @@
 //! Long runs in one call.
 
-use crate::file::Folder;
+use crate::folder::Folder;
 use gradient_mc::checkpoint::{Persist, Reason, Run, Snapshot};
 use gradient_mc::drive::{RunningAverage, Scheme};
 use gradient_mc::field::UniformField;

@@ -1,5 +1,6 @@
 //! Trajectories: what is written is what is read, and what is not a trajectory is an error that says where.
 
+use crate::common::folder::Folder;
 use gradient_mc::field::UniformField;
 use gradient_mc::observers::{BondOrder, ExtendedXyz, Gsd, HexaticOrder, RadialDistribution};
 use gradient_mc::start::{Positions, RandomInsertion, TrajectoryError, TrajectoryFrame};
@@ -9,24 +10,6 @@ use proptest::prelude::*;
 use std::fs;
 use std::io::{Cursor, Write as _};
 use std::path::PathBuf;
-
-/// A folder of its own, removed at the end.
-struct Folder(PathBuf);
-
-impl Folder {
-    fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("gradient-mc-{name}-{}", std::process::id()));
-        fs::remove_dir_all(&path).ok();
-        fs::create_dir_all(&path).unwrap();
-        Self(path)
-    }
-}
-
-impl Drop for Folder {
-    fn drop(&mut self) {
-        fs::remove_dir_all(&self.0).ok();
-    }
-}
 
 type Column = Scene<UniformField, Isothermal>;
 

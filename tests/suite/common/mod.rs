@@ -2,5 +2,6 @@
 
 pub mod balance;
 pub mod exact;
+pub mod folder;
 pub mod scenes;
 pub mod wrong_rules;

@@ -105,7 +105,7 @@ fn isothermal_column_from_above_and_below() {
     meet(&high, &low, 0.01).unwrap();
     // Without the equilibration they do not: the test would notice.
     let early = side(temperature, Automatic, RandomInsertion::default(), 100, 0, 50);
-    is_above(&early, &low, 0.05).unwrap();
+    is_above(&early, &low, 0.03).unwrap();
 }
 
 #[test]
@@ -116,5 +116,5 @@ fn column_in_a_temperature_gradient_from_above_and_below() {
     let low = side(temperature, scheme, ClosePacked, 400, 2_000, 3_000);
     meet(&high, &low, 0.015).unwrap();
     let early = side(temperature, scheme, RandomInsertion::default(), 300, 0, 50);
-    is_above(&early, &low, 0.05).unwrap();
+    is_above(&early, &low, 0.03).unwrap();
 }

@@ -1,6 +1,5 @@
 //! A run that goes on from a file is the run that was not interrupted, bit for bit.
 
-use crate::folder::Folder;
 use gradient_mc::checkpoint::{Persist, Snapshot};
 use gradient_mc::drive::{
     AveragedThenFrozen, EquationOfStateClosure, Instantaneous, RunningAverage, Scheme, SelfConsistent,
@@ -19,6 +18,7 @@ use gradient_mc::{
 };
 use std::fs::{self, File};
 use std::path::Path;
+use tempfile::tempdir;
 
 /// Every ready observer, some of them in the middle of an interval whenever a run is stopped.
 type All = (
@@ -123,15 +123,15 @@ fn require_same<F: Field + Clone, T: TemperatureProfile + Clone, S, O>(
     S: Scheme<F, T, Drive: Persist, Adaptation: Persist> + Clone,
     O: Observer + Persist,
 {
-    let folder = Folder::new(&format!("undisturbed {what}"));
+    let folder = tempdir().unwrap();
     let mut undisturbed = builder.clone().build().unwrap();
-    let mut observed = observer(&folder.0);
+    let mut observed = observer(folder.path());
     advance(&mut undisturbed, &mut observed, equilibration, sweeps);
     let expected = fate(&mut undisturbed, &mut observed);
 
     for stops in all_stops {
-        let stopped = Folder::new(&format!("stopped {what}"));
-        let mut seen = observer(&stopped.0);
+        let stopped = tempdir().unwrap();
+        let mut seen = observer(stopped.path());
         let mut simulation = builder.clone().build().unwrap();
         for &stop in *stops {
             advance(&mut simulation, &mut seen, equilibration, stop);
@@ -141,7 +141,7 @@ fn require_same<F: Field + Clone, T: TemperatureProfile + Clone, S, O>(
             let positions = simulation.positions();
             // As a process does that is killed after its checkpoint.
             advance(&mut simulation, &mut seen, equilibration, stop + 250);
-            seen = observer(&stopped.0);
+            seen = observer(stopped.path());
             simulation = builder.clone().resume(&snapshot, &mut seen).unwrap();
             assert_eq!(simulation.positions(), positions);
             let again = simulation.snapshot(&mut seen).unwrap().to_bytes();
@@ -149,7 +149,7 @@ fn require_same<F: Field + Clone, T: TemperatureProfile + Clone, S, O>(
         }
         advance(&mut simulation, &mut seen, equilibration, sweeps);
         assert!(fate(&mut simulation, &mut seen) == expected, "{what}, stopped at {stops:?}");
-        assert!(written(&stopped.0) == written(&folder.0), "{what}, stopped at {stops:?}");
+        assert!(written(stopped.path()) == written(folder.path()), "{what}, stopped at {stops:?}");
     }
 }
 
@@ -274,8 +274,8 @@ fn checksums() {
         let slab = Slab::new(extents[0], extents[1], extents[2]).unwrap();
         let scene =
             Scene::new(slab, particles, UniformField::default(), Isothermal::new(6.0).unwrap()).unwrap();
-        let folder = Folder::new("checksums");
-        let mut observer = all(&scene, &folder.0);
+        let folder = tempdir().unwrap();
+        let mut observer = all(&scene, folder.path());
         let mut simulation = Simulation::builder(scene).moves(moves).seed(9).build().unwrap();
         advance(&mut simulation, &mut observer, 4, 8);
         let bytes = simulation.snapshot(&mut observer).unwrap().to_bytes();

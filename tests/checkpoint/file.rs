@@ -1,6 +1,5 @@
 //! Files that are damaged, of other runs, or cannot be written.
 
-use crate::folder::Folder;
 use gradient_mc::checkpoint::Snapshot;
 use gradient_mc::drive::{EquationOfStateClosure, RunningAverage, SelfConsistent};
 use gradient_mc::equation_of_state::IdealGas;
@@ -14,6 +13,7 @@ use rand_pcg::Pcg64Mcg;
 use std::error::Error as _;
 use std::fs;
 use std::time::{Duration, Instant};
+use tempfile::tempdir;
 
 type Builder = SimulationBuilder<UniformField, ExponentialTemperature>;
 
@@ -158,8 +158,8 @@ fn another_observer_is_refused_with_what_differs() {
 
 #[test]
 fn files_are_written_as_a_whole_and_the_one_before_is_kept() {
-    let folder = Folder::new("files");
-    let path = folder.0.join("run.checkpoint");
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("run.checkpoint");
     let (builder, mut observer) = small();
     let mut simulation = builder.build().unwrap();
     let first = simulation.snapshot(&mut observer).unwrap();
@@ -168,23 +168,23 @@ fn files_are_written_as_a_whole_and_the_one_before_is_kept() {
     let second = simulation.snapshot(&mut observer).unwrap();
     second.write(&path).unwrap();
     assert_eq!(Snapshot::read(&path).unwrap(), second);
-    assert_eq!(Snapshot::read(folder.0.join("run.checkpoint.previous")).unwrap(), first);
-    assert_eq!(fs::read_dir(&folder.0).unwrap().count(), 2);
+    assert_eq!(Snapshot::read(folder.path().join("run.checkpoint.previous")).unwrap(), first);
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 2);
 
     // What cannot be written leaves what was there, and says where it was to go.
-    fs::create_dir(folder.0.join("run.checkpoint.new")).unwrap();
+    fs::create_dir(folder.path().join("run.checkpoint.new")).unwrap();
     let error = first.write(&path).unwrap_err();
     assert!(matches!(&error, Error::CheckpointFile { path, .. } if path.ends_with("run.checkpoint.new")));
     assert!(error.source().is_some_and(<dyn std::error::Error>::is::<std::io::Error>));
     assert_eq!(Snapshot::read(&path).unwrap(), second);
-    let error = first.write(folder.0.join("nowhere").join("run")).unwrap_err();
+    let error = first.write(folder.path().join("nowhere").join("run")).unwrap_err();
     assert!(format!("{error:?}").contains("nowhere"), "{error:?}");
 
     // What cannot be read says so too.
     fs::write(&path, b"gmc-ckpt").unwrap();
     let error = Snapshot::read(&path).unwrap_err();
     assert!(error.source().unwrap().to_string().contains("damaged"), "{error:?}");
-    assert!(matches!(Snapshot::read(folder.0.join("none")), Err(Error::CheckpointFile { .. })));
+    assert!(matches!(Snapshot::read(folder.path().join("none")), Err(Error::CheckpointFile { .. })));
 }
 
 #[test]
@@ -194,8 +194,8 @@ fn a_checkpoint_is_small_and_quick() {
     let mut simulation = Simulation::builder(scene).build().unwrap();
     let mut observer = DensityProfile::new(&slab, Bins::count(400)).unwrap();
     simulation.run(130, &mut observer).unwrap();
-    let folder = Folder::new("size");
-    let path = folder.0.join("run.checkpoint");
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("run.checkpoint");
     let times = (0..5).map(|_| {
         let start = Instant::now();
         simulation.snapshot(&mut observer).unwrap().write(&path).unwrap();
@@ -228,8 +228,8 @@ fn a_checkpoint_of_ten_million_spheres() {
     let mut simulation = builder.clone().build().unwrap();
     simulation.run(3, &mut ()).unwrap();
     let memory = most_memory();
-    let folder = Folder::new("ten_million");
-    let path = folder.0.join("run");
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("run");
     let started = Instant::now();
     let snapshot = simulation.snapshot(&mut ()).unwrap();
     let taken = started.elapsed();

@@ -1,6 +1,5 @@
 //! Processes that are killed, at any moment, and those that are told to stop.
 
-use crate::folder::Folder;
 use gradient_mc::checkpoint::{Run, Signals, Snapshot};
 use gradient_mc::field::UniformField;
 use gradient_mc::observers::{Bins, ChainPressureProfile, DisplacementProfile};
@@ -12,6 +11,7 @@ use std::path::Path;
 use std::process::{Child, Command};
 use std::thread;
 use std::time::Duration;
+use tempfile::{TempDir, tempdir};
 
 /// Where the run of a child is kept.
 const PATH: &str = "GRADIENT_MC_TEST_RUN";
@@ -58,8 +58,8 @@ fn start_test(name: &str, path: &Path) -> Child {
 }
 
 /// The bytes that a run ends with if nobody disturbs it.
-fn undisturbed(folder: &Folder) -> Vec<u8> {
-    let path = folder.0.join("undisturbed");
+fn undisturbed(folder: &TempDir) -> Vec<u8> {
+    let path = folder.path().join("undisturbed");
     assert!(run(&path, Duration::MAX, None));
     fs::read(path).unwrap()
 }
@@ -73,12 +73,12 @@ fn next(state: &mut u64) -> u64 {
 }
 
 /// So many runs, each killed at a random moment, many while they write a checkpoint; another process goes on to the end.
-fn killed_and_gone_on_with(name: &str, count: u32) {
-    let folder = Folder::new(name);
+fn killed_and_gone_on_with(count: u32) {
+    let folder = tempdir().unwrap();
     let expected = undisturbed(&folder);
     let (mut done, mut while_writing, mut state) = (0, 0, 1);
     while done < count {
-        let path = folder.0.join("run");
+        let path = folder.path().join("run");
         let mut child = start(&path);
         // One in four at any moment, before there is a checkpoint as well.
         let at_any = next(&mut state).is_multiple_of(4);
@@ -90,12 +90,12 @@ fn killed_and_gone_on_with(name: &str, count: u32) {
         child.kill().ok();
         if child.wait().unwrap().code().is_none() {
             done += 1;
-            while_writing += u32::from(folder.0.join("run.new").exists());
+            while_writing += u32::from(folder.path().join("run.new").exists());
             assert!(run(&path, Duration::MAX, None), "{done}");
             assert!(fs::read(&path).unwrap() == expected, "{done}");
         }
         for name in ["run", "run.previous", "run.new"] {
-            fs::remove_file(folder.0.join(name)).ok();
+            fs::remove_file(folder.path().join(name)).ok();
         }
     }
     println!(
@@ -106,20 +106,20 @@ fn killed_and_gone_on_with(name: &str, count: u32) {
 
 #[test]
 fn runs_that_are_killed_end_with_the_same_bits() {
-    killed_and_gone_on_with("killed", 20);
+    killed_and_gone_on_with(20);
 }
 
 #[test]
 #[ignore = "a minute"]
 fn runs_that_are_killed_200_times_end_with_the_same_bits() {
-    killed_and_gone_on_with("killed_200", 200);
+    killed_and_gone_on_with(200);
 }
 
 #[test]
 fn signals_end_a_run_with_everything_written() {
-    let folder = Folder::new("signals");
+    let folder = tempdir().unwrap();
     let expected = undisturbed(&folder);
-    let path = folder.0.join("run");
+    let path = folder.path().join("run");
     for signal in ["INT", "TERM", "HUP", "USR1"] {
         let mut child = start(&path);
         // Until it listens and has begun.
@@ -139,9 +139,9 @@ fn signals_end_a_run_with_everything_written() {
 
 #[test]
 fn a_second_interrupt_ends_a_run_at_once_with_the_last_checkpoint_intact() {
-    let folder = Folder::new("second");
+    let folder = tempdir().unwrap();
     let expected = undisturbed(&folder);
-    let path = folder.0.join("run");
+    let path = folder.path().join("run");
     let mut ends = Vec::new();
     for delay in [0, 1, 3] {
         let mut child = start(&path);
@@ -179,8 +179,8 @@ fn deaf_child() {
 
 #[test]
 fn a_second_interrupt_ends_a_program_that_does_not_listen() {
-    let folder = Folder::new("deaf");
-    let path = folder.0.join("run");
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("run");
     let mut child = start_test("killed::deaf_child", &path);
     while !path.with_extension("listening").exists() {
         thread::sleep(Duration::from_millis(2));
@@ -198,8 +198,8 @@ fn a_second_interrupt_ends_a_program_that_does_not_listen() {
 /// Files that may not grow beyond a limit, as on a disk with a quota.
 #[test]
 fn a_run_without_room_says_so_and_leaves_its_checkpoint() {
-    let folder = Folder::new("limit");
-    let path = folder.0.join("run");
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("run");
     let mut child = start(&path);
     while !path.exists() {
         thread::sleep(Duration::from_millis(2));
@@ -221,7 +221,7 @@ fn a_run_without_room_says_so_and_leaves_its_checkpoint() {
         !limited.status.success() && said.contains("run.new") && said.contains("File too large"),
         "{said}"
     );
-    assert!(fs::read(&path).unwrap() == before && !folder.0.join("run.new").exists());
+    assert!(fs::read(&path).unwrap() == before && !folder.path().join("run.new").exists());
     assert!(start(&path).wait().unwrap().success());
     assert!(fs::read(&path).unwrap() == undisturbed(&folder));
 }

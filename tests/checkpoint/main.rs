@@ -6,8 +6,6 @@ mod corpus;
 mod driver;
 mod exact;
 mod file;
-#[path = "../suite/common/folder.rs"]
-mod folder;
 #[cfg(all(unix, feature = "signals"))]
 mod killed;
 mod pooled;

@@ -1,6 +1,5 @@
 //! Results of many processes.
 
-use crate::folder::Folder;
 use gradient_mc::checkpoint::Run;
 use gradient_mc::field::UniformField;
 use gradient_mc::observers::{Bins, CenterOfMass, DensityProfile, EquationOfStateProfile};
@@ -8,6 +7,7 @@ use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Error, Replicas, Scene, Simulation, SimulationBuilder, Slab};
 use std::error::Error as _;
 use std::fs;
+use tempfile::tempdir;
 
 type Observed = (EquationOfStateProfile, CenterOfMass);
 
@@ -24,7 +24,7 @@ fn observer() -> Observed {
 
 #[test]
 fn files_of_any_number_of_processes_give_what_one_gives() {
-    let folder = Folder::new("pooled");
+    let folder = tempdir().unwrap();
     for count in [1, 5] {
         let replicas = Replicas::new(count).seed(7);
         let outcome = replicas
@@ -39,7 +39,7 @@ fn files_of_any_number_of_processes_give_what_one_gives() {
         let expected = outcome.merged().unwrap();
         let paths: Vec<_> = (0..count)
             .map(|task| {
-                let path = folder.0.join(format!("{count}_{task}"));
+                let path = folder.path().join(format!("{count}_{task}"));
                 let seed = replicas.replica(task).seed();
                 let run = Run::new(&path, 50, 150 + 13 * task as u64);
                 run.of(builder(4.0).seed(seed), &mut observer()).unwrap();
@@ -57,8 +57,8 @@ fn files_of_any_number_of_processes_give_what_one_gives() {
 
 #[test]
 fn files_that_do_not_belong_together_are_refused() {
-    let folder = Folder::new("refused");
-    let path = |name: &str| folder.0.join(name);
+    let folder = tempdir().unwrap();
+    let path = |name: &str| folder.path().join(name);
     let run = |name: &str, temperature: f64, seed: u64, production: u64| {
         let run = Run::new(path(name), 50, production);
         run.of(builder(temperature).seed(seed), &mut observer()).unwrap();

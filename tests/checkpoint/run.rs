@@ -1,6 +1,5 @@
 //! Long runs in one call.
 
-use crate::folder::Folder;
 use gradient_mc::checkpoint::{Persist, Reason, Run, Snapshot};
 use gradient_mc::drive::{RunningAverage, Scheme};
 use gradient_mc::field::UniformField;
@@ -13,6 +12,7 @@ use std::fs;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
+use tempfile::tempdir;
 
 fn slab() -> Slab {
     Slab::new(30.0, 4.0, 4.0).unwrap()
@@ -39,8 +39,8 @@ fn run<'a>(path: &Path, production: u64) -> Run<'a, CenterOfMass> {
 
 #[test]
 fn a_run_that_is_stopped_ends_as_one_that_is_not() {
-    let folder = Folder::new("stopped");
-    let path = folder.0.join("deep").join("run");
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("deep").join("run");
     let stop = AtomicBool::new(false);
     let mut reasons = Vec::new();
     for stops in 0.. {
@@ -87,11 +87,11 @@ fn a_run_that_is_stopped_ends_as_one_that_is_not() {
 
 #[test]
 fn a_target_is_reached_at_the_same_sweep_however_often_the_run_was_stopped() {
-    let folder = Folder::new("target");
+    let folder = tempdir().unwrap();
     let reached = |path: &str, limit: Duration| {
         loop {
             let mut observer = CenterOfMass::new();
-            let (_, ended) = run(&folder.0.join(path), 100_000)
+            let (_, ended) = run(&folder.path().join(path), 100_000)
                 .until(|observer| observer.estimate().is_ok_and(|height| height.standard_error < 0.15))
                 .time_limit(limit)
                 .of(builder(2), &mut observer)
@@ -112,8 +112,8 @@ fn a_target_is_reached_at_the_same_sweep_however_often_the_run_was_stopped() {
 
 #[test]
 fn a_damaged_checkpoint_is_replaced_by_the_one_before() {
-    let folder = Folder::new("replaced");
-    let path = folder.0.join("run");
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("run");
     run(&path, 200).of(builder(1), &mut CenterOfMass::new()).unwrap();
     for damage in ["truncated", "gone"] {
         if damage == "gone" {
@@ -128,7 +128,7 @@ fn a_damaged_checkpoint_is_replaced_by_the_one_before() {
     }
     // Both are: nothing is begun anew over what may be worth something to somebody.
     for name in ["run", "run.previous"] {
-        fs::write(folder.0.join(name), b"gmc-ckpt").unwrap();
+        fs::write(folder.path().join(name), b"gmc-ckpt").unwrap();
     }
     let error = run(&path, 8000).of(builder(1), &mut CenterOfMass::new()).unwrap_err();
     assert!(error.source().unwrap().to_string().contains("damaged"), "{error:?}");
@@ -137,16 +137,16 @@ fn a_damaged_checkpoint_is_replaced_by_the_one_before() {
 
 #[test]
 fn what_cannot_be_written_is_said_and_harms_nothing() {
-    let folder = Folder::new("unwritable");
-    let path = folder.0.join("run");
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("run");
     // At once, not after the first ten minutes.
-    fs::write(folder.0.join("file"), b"").unwrap();
-    let error = run(&folder.0.join("file").join("run"), 8000).of(builder(1), &mut CenterOfMass::new());
+    fs::write(folder.path().join("file"), b"").unwrap();
+    let error = run(&folder.path().join("file").join("run"), 8000).of(builder(1), &mut CenterOfMass::new());
     assert!(matches!(error, Err(Error::CheckpointFile { .. })));
     // In between: the run goes on until there is room again.
     let endless = || Run::new(&path, 100, 1 << 40);
     let (mut failures, stop) = (0, AtomicBool::new(false));
-    let obstacle = folder.0.join("run.new");
+    let obstacle = folder.path().join("run.new");
     let mut observer = CenterOfMass::new();
     let this = endless().checkpoint_every(Duration::from_millis(20)).stop_on(&stop).progress(|progress| {
         match progress.unsaved {
@@ -178,8 +178,8 @@ fn what_cannot_be_written_is_said_and_harms_nothing() {
 
 #[test]
 fn another_call_is_refused() {
-    let folder = Folder::new("another");
-    let path = folder.0.join("run");
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("run");
     run(&path, 50).of(builder(1), &mut CenterOfMass::new()).unwrap();
     let before = fs::read(&path).unwrap();
     let equilibration = Run::new(&path, 90, 50).of(builder(1), &mut CenterOfMass::new());
@@ -197,16 +197,16 @@ fn another_call_is_refused() {
 
 #[test]
 fn a_folder_that_is_removed_or_read_only_is_said() {
-    let folder = Folder::new("removed");
-    let path = folder.0.join("inner").join("run");
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("inner").join("run");
     let (stop, mut unsaved) = (AtomicBool::new(false), String::new());
     let this = Run::new(&path, 100, 1 << 40).checkpoint_every(Duration::from_millis(20)).stop_on(&stop);
     let this = this.progress(|progress| match progress.unsaved {
-        None => drop(fs::remove_dir_all(folder.0.join("inner"))),
+        None => drop(fs::remove_dir_all(folder.path().join("inner"))),
         Some(error) => {
             unsaved = error.to_string();
             // There again.
-            fs::create_dir_all(folder.0.join("inner")).unwrap();
+            fs::create_dir_all(folder.path().join("inner")).unwrap();
             stop.store(true, Ordering::SeqCst);
         }
     });
@@ -216,7 +216,7 @@ fn a_folder_that_is_removed_or_read_only_is_said() {
     assert!(simulation.sweep() > 0);
 
     // Whoever may write everywhere is not stopped by this.
-    let readable = folder.0.join("readable");
+    let readable = folder.path().join("readable");
     fs::create_dir_all(&readable).unwrap();
     let mut permissions = fs::metadata(&readable).unwrap().permissions();
     permissions.set_readonly(true);
@@ -228,48 +228,49 @@ fn a_folder_that_is_removed_or_read_only_is_said() {
 
 #[test]
 fn a_trajectory_goes_on_with_the_run() {
-    let folder = Folder::new("trajectory");
+    let folder = tempdir().unwrap();
     let open = |name: &str| {
-        let text = fs::File::options().create(true).append(true).open(folder.0.join(format!("{name}.xyz")));
-        let binary = Gsd::open(folder.0.join(format!("{name}.gsd")));
+        let text =
+            fs::File::options().create(true).append(true).open(folder.path().join(format!("{name}.xyz")));
+        let binary = Gsd::open(folder.path().join(format!("{name}.gsd")));
         Every::new(7, (ExtendedXyz::new(text.unwrap()), binary.unwrap()))
     };
     let go = |name: &str, sweeps: u64| {
-        let path = folder.0.join(format!("{name}.checkpoint"));
+        let path = folder.path().join(format!("{name}.checkpoint"));
         Run::new(path, 100, sweeps).of(builder(1), &mut open(name))
     };
     go("whole", 300).unwrap();
     go("parts", 50).unwrap();
     for kind in ["xyz", "gsd"] {
         // A process that was killed has written more than its checkpoint knows.
-        let more = fs::File::options().append(true).open(folder.0.join(format!("parts.{kind}")));
+        let more = fs::File::options().append(true).open(folder.path().join(format!("parts.{kind}")));
         std::io::Write::write_all(&mut more.unwrap(), b"40\nLattice").unwrap();
     }
     go("parts", 120).unwrap();
     go("parts", 300).unwrap();
     for kind in ["xyz", "gsd"] {
         let [whole, parts] =
-            ["whole", "parts"].map(|name| fs::read(folder.0.join(format!("{name}.{kind}"))).unwrap());
+            ["whole", "parts"].map(|name| fs::read(folder.path().join(format!("{name}.{kind}"))).unwrap());
         assert!(!whole.is_empty() && whole == parts, "{kind}");
         // Another file, shorter or longer.
         for other in [b"another file".to_vec(), vec![b'1'; 2 * whole.len()]] {
             if kind == "gsd" || other.len() < whole.len() {
-                fs::write(folder.0.join(format!("parts.{kind}")), &other).unwrap();
+                fs::write(folder.path().join(format!("parts.{kind}")), &other).unwrap();
                 assert!(matches!(go("parts", 400), Err(Error::CheckpointDamaged { .. })), "{kind}");
-                assert_eq!(fs::read(folder.0.join(format!("parts.{kind}"))).unwrap(), other);
+                assert_eq!(fs::read(folder.path().join(format!("parts.{kind}"))).unwrap(), other);
             }
         }
-        fs::write(folder.0.join(format!("parts.{kind}")), &whole).unwrap();
+        fs::write(folder.path().join(format!("parts.{kind}")), &whole).unwrap();
     }
     go("parts", 400).unwrap();
     // A new run does not begin in a file that is there; what is there stays.
-    let binary = fs::read(folder.0.join("parts.gsd")).unwrap();
-    fs::remove_file(folder.0.join("parts.checkpoint")).unwrap();
-    fs::remove_file(folder.0.join("parts.checkpoint.previous")).unwrap();
+    let binary = fs::read(folder.path().join("parts.gsd")).unwrap();
+    fs::remove_file(folder.path().join("parts.checkpoint")).unwrap();
+    fs::remove_file(folder.path().join("parts.checkpoint.previous")).unwrap();
     let error = go("parts", 400).unwrap_err();
     assert!(error.to_string().contains("take another, or remove it"), "{error}");
     assert!(go("parts", 400).is_err());
-    assert_eq!(fs::read(folder.0.join("parts.gsd")).unwrap(), binary);
+    assert_eq!(fs::read(folder.path().join("parts.gsd")).unwrap(), binary);
 }
 
 /// Three stages of equilibration and production, the last with another observer; stopped again and again.
@@ -313,12 +314,12 @@ fn stages_that_are_stopped_end_as_those_that_are_not() {
         SimulationBuilder<F, T, S>: Clone,
         S: Scheme<F, T, Drive: Persist, Adaptation: Persist>,
     {
-        let folder = Folder::new(name);
+        let folder = tempdir().unwrap();
         let start = Instant::now();
-        let expected = stages(&folder.0.join("whole"), builder, None);
+        let expected = stages(&folder.path().join("whole"), builder, None);
         // A quarter of a stage.
         let limit = start.elapsed() / 12;
-        let (mut calls, parts) = (0, folder.0.join("parts"));
+        let (mut calls, parts) = (0, folder.path().join("parts"));
         let found = loop {
             calls += 1;
             if let Some(found) = stages(&parts, builder, Some(limit)) {
@@ -342,8 +343,8 @@ fn stages_that_are_stopped_end_as_those_that_are_not() {
 
 #[test]
 fn a_run_that_another_has_is_refused() {
-    let folder = Folder::new("locked");
-    let path = folder.0.join("run");
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("run");
     let mut refused = None;
     let first = run(&path, 50).progress(|_| {
         let second = run(&path, 50).of(builder(1), &mut CenterOfMass::new());
@@ -362,10 +363,10 @@ fn a_run_that_another_has_is_refused() {
 #[cfg(target_os = "linux")]
 #[test]
 fn a_run_goes_on_while_there_is_no_room() {
-    let folder = Folder::new("full");
-    let path = folder.0.join("run");
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("run");
     let (mut failures, mut successes, stop) = (0, 0, AtomicBool::new(false));
-    let fill = || drop(std::os::unix::fs::symlink("/dev/full", folder.0.join("run.new")));
+    let fill = || drop(std::os::unix::fs::symlink("/dev/full", folder.path().join("run.new")));
     let before = std::cell::RefCell::new(Vec::new());
     // Less often than progress is shown, so that what becomes of each is seen.
     let this = run(&path, 1 << 40).checkpoint_every(Duration::from_millis(150)).stop_on(&stop);

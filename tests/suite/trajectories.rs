@@ -1,6 +1,5 @@
 //! Trajectories: what is written is what is read, and what is not a trajectory is an error that says where.
 
-use crate::common::folder::Folder;
 use gradient_mc::field::UniformField;
 use gradient_mc::observers::{BondOrder, ExtendedXyz, Gsd, HexaticOrder, RadialDistribution};
 use gradient_mc::start::{Positions, RandomInsertion, TrajectoryError, TrajectoryFrame};
@@ -10,6 +9,7 @@ use proptest::prelude::*;
 use std::fs;
 use std::io::{Cursor, Write as _};
 use std::path::PathBuf;
+use tempfile::tempdir;
 
 type Column = Scene<UniformField, Isothermal>;
 
@@ -20,8 +20,8 @@ fn column(extents: [f64; 3], particles: usize) -> Column {
 
 /// Bytes of both formats, with a frame after each of some sweeps.
 fn written(scene: Column, frames: u64) -> [Vec<u8>; 2] {
-    let folder = Folder::new(&format!("written-{}-{frames}", scene.particles()));
-    let path = folder.0.join("column.gsd");
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("column.gsd");
     let mut trajectory = (ExtendedXyz::new(Vec::new()), Gsd::open(&path).unwrap());
     let start = RandomInsertion::new(0.3).unwrap();
     let mut simulation = Simulation::builder(scene).start(start).seed(1).build().unwrap();
@@ -40,10 +40,10 @@ fn read(bytes: &[u8], number: Option<u64>) -> Result<TrajectoryFrame, Trajectory
 
 #[test]
 fn a_run_starts_from_any_frame_with_the_same_bits() {
-    let folder = Folder::new("frames");
+    let folder = tempdir().unwrap();
     // Dense, with spheres in contact after every chain; the index of 100 frames was doubled twice.
     let scene = column([12.0, 5.0, 4.0 + 1.0 / 3.0], 220);
-    let paths = ["column.xyz", "column.gsd"].map(|name| folder.0.join(name));
+    let paths = ["column.xyz", "column.gsd"].map(|name| folder.path().join(name));
     let text = fs::File::create(&paths[0]).unwrap();
     let mut trajectory = Every::new(3, (ExtendedXyz::new(text), Gsd::open(&paths[1]).unwrap()));
     let mut simulation = Simulation::builder(scene).seed(1).build().unwrap();
@@ -67,7 +67,7 @@ fn a_run_starts_from_any_frame_with_the_same_bits() {
         assert!(named == path && beyond.to_string().contains("100 frames"), "{beyond}");
         assert!(matches!(**source, TrajectoryError::NoSuchFrame { number: 100, frames: 100, .. }));
     }
-    let absent = TrajectoryFrame::last(folder.0.join("absent.gsd")).unwrap_err();
+    let absent = TrajectoryFrame::last(folder.path().join("absent.gsd")).unwrap_err();
     assert!(absent.to_string().contains("absent.gsd"), "{absent}");
 }
 
@@ -302,8 +302,8 @@ fn binary_frames_that_are_wrong_say_where() {
 
 #[test]
 fn a_file_that_holds_something_is_not_overwritten() {
-    let folder = Folder::new("occupied");
-    let path = folder.0.join("column.gsd");
+    let folder = tempdir().unwrap();
+    let path = folder.path().join("column.gsd");
     let scene = column([6.0, 3.0, 3.5], 5);
     let mut simulation = Simulation::builder(scene).build().unwrap();
     let mut trajectory = Gsd::open(&path).unwrap();

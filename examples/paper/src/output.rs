@@ -106,10 +106,12 @@ fn short(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use tempfile::tempdir;
 
     #[test]
     fn what_is_written_is_read_again_with_nine_digits() {
-        let path = std::env::temp_dir().join(format!("paper_output_{}.csv", std::process::id()));
+        let directory = tempdir().unwrap();
+        let path = directory.path().join("table.csv");
         let rows = [row![1.0, Estimate::new(0.1 + 0.2, 1e-7 / 3.0)], row![2.0, 3.0, f64::NAN]];
         write_csv(&path, "units", "height, density, error", rows).unwrap();
         let text = fs::read_to_string(&path).unwrap();
@@ -119,13 +121,12 @@ mod tests {
         assert!(read_csv::<2>(&text).is_err());
         assert!(write_csv(&path, "units", "height, density", [[1.0]]).is_err());
         assert!(write_csv(&path.join("nowhere"), "units", "height", [[1.0]]).is_err());
-        fs::remove_file(path).unwrap();
     }
 
     #[test]
     fn a_file_is_there_as_a_whole_or_as_it_was() {
-        let directory = std::env::temp_dir().join(format!("paper_whole_{}", std::process::id()));
-        create_directory(&directory).unwrap();
+        let directory = tempdir().unwrap();
+        let directory = directory.path();
         let path = directory.join("picture.png");
         write(&path, "before").unwrap();
         let half = |new: &Path| {
@@ -136,10 +137,9 @@ mod tests {
         let failure = write_by(&path, half).unwrap_err().to_string();
         assert!(failure.contains("picture.png") && failure.ends_with("no room"), "{failure}");
         assert_eq!(fs::read_to_string(&path).unwrap(), "before");
-        assert_eq!(fs::read_dir(&directory).unwrap().count(), 1);
+        assert_eq!(fs::read_dir(directory).unwrap().count(), 1);
         // Not a directory.
         let refused = create_directory(&path).unwrap_err().to_string();
         assert!(refused.contains("picture.png"), "{refused}");
-        fs::remove_dir_all(directory).unwrap();
     }
 }

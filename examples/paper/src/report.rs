@@ -54,12 +54,13 @@ mod tests {
     use super::*;
     use crate::figure::{Axis, Panel, Place};
     use gradient_mc::statistics::Estimate;
+    use tempfile::tempdir;
 
     #[test]
     fn a_report_leaves_tables_pictures_captions_and_claims() {
-        let directory = std::env::temp_dir().join(format!("paper_report_{}", std::process::id()));
-        std::fs::create_dir_all(&directory).unwrap();
-        let session = Session::silent(&directory, 1);
+        let directory = tempdir().unwrap();
+        let directory = directory.path();
+        let session = Session::silent(directory, 1);
         let mut report = Report::new(&session);
         let place = Place { left: 0.0, top: 0.0, width: 1.0, height: 1.0 };
         let panel = Panel::new(place, Axis::new("x", 0.0, 1.0), Axis::new("y", 0.0, 1.0));
@@ -77,6 +78,5 @@ mod tests {
         assert!(text("verdicts.csv").ends_with("1,small,1,0.1,-inf,0.5,false\n"));
         assert_eq!(text("table.csv"), "# units\na,b\n1,2\n");
         assert!(text("figure_1.svg").contains("<svg") && directory.join("figure_2.png").is_file());
-        std::fs::remove_dir_all(directory).unwrap();
     }
 }

@@ -244,17 +244,13 @@ mod tests {
     use gradient_mc::temperature::Isothermal;
     use gradient_mc::{Frame, Observer, ObserverError, ObserverFn, Scene, Simulation, Slab};
     use std::sync::Mutex;
+    use tempfile::tempdir;
 
     #[derive(Args, Debug)]
     struct Own {
         /// A number
         #[arg(long, default_value_t = 7)]
         number: u64,
-    }
-
-    fn session(name: &str, threads: usize) -> Session {
-        let directory = std::env::temp_dir().join(format!("paper_study_{name}_{}", std::process::id()));
-        Session::silent(&directory, threads)
     }
 
     #[test]
@@ -269,7 +265,8 @@ mod tests {
     #[test]
     fn results_are_in_the_order_of_the_tasks_for_any_number_of_threads() {
         for threads in [1, 3] {
-            let session = session("order", threads);
+            let directory = tempdir().unwrap();
+            let session = Session::silent(directory.path(), threads);
             let squares = session.run_all(
                 "squares",
                 vec![3_u64, 1, 2],
@@ -278,7 +275,6 @@ mod tests {
                 |task, _| Ok(task * task),
             );
             assert_eq!(squares.unwrap(), [9, 1, 4]);
-            std::fs::remove_dir_all(&session.directory).unwrap();
         }
     }
 
@@ -321,23 +317,20 @@ mod tests {
 
     #[test]
     fn a_task_goes_on_within_the_stage_in_which_it_was_interrupted() {
-        let undisturbed = session("undisturbed", 1);
-        let expected = stages(&undisturbed, 0).unwrap();
+        let (undisturbed, interrupted) = (tempdir().unwrap(), tempdir().unwrap());
+        let expected = stages(&Session::silent(undisturbed.path(), 1), 0).unwrap();
         assert_eq!((expected[0].0.len(), expected[0].1), (40, 50));
-        let directory = session("interrupted", 1).directory;
         for signal in [7, 33] {
-            let failure = stages(&Session::silent(&directory, 1), signal).unwrap_err();
+            let failure = stages(&Session::silent(interrupted.path(), 1), signal).unwrap_err();
             assert!(failure.is::<Interrupted>(), "{failure}");
         }
-        assert_eq!(stages(&Session::silent(&directory, 1), 0).unwrap(), expected);
-        for directory in [directory, undisturbed.directory] {
-            std::fs::remove_dir_all(directory).unwrap();
-        }
+        assert_eq!(stages(&Session::silent(interrupted.path(), 1), 0).unwrap(), expected);
     }
 
     #[test]
     fn an_error_in_one_task_costs_none_of_the_others() {
-        let session = session("errors", 1);
+        let directory = tempdir().unwrap();
+        let session = Session::silent(directory.path(), 1);
         let done = Mutex::new(Vec::new());
         let work = |task: u64| {
             if task == 2 {
@@ -357,15 +350,14 @@ mod tests {
         session.interrupt.press();
         let failure = session.run_each("others", vec![1], u64::to_string, |task: u64| Ok(task)).unwrap_err();
         assert!(failure.is::<Interrupted>(), "{failure}");
-        std::fs::remove_dir_all(&session.directory).unwrap();
     }
 
     #[test]
     fn seeds_of_runs_are_apart_and_short_runs_are_short() {
-        let session = session("seeds", 1);
+        let directory = tempdir().unwrap();
+        let session = Session::silent(directory.path(), 1);
         assert_eq!(session.seed(5), 2_000_011);
         assert_eq!((session.choose(100, 1), count(2.5), count(0.2)), (1, 3, 0));
         assert_eq!([0, 1, 2].map(Side::of), [Side::Above, Side::Below, Side::Above]);
-        std::fs::remove_dir_all(&session.directory).unwrap();
     }
 }

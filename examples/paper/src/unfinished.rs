@@ -131,40 +131,36 @@ fn this_build() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn directory(name: &str) -> PathBuf {
-        let path = std::env::temp_dir().join(format!("paper_unfinished_{name}_{}", std::process::id()));
-        remove_directory(&path).unwrap();
-        path
-    }
+    use tempfile::tempdir;
 
     #[test]
     fn one_process_goes_on_with_the_same_options_and_others_are_refused() {
-        let directory = directory("options");
-        let first = Unfinished::open(&directory, "seed 1", false).unwrap();
+        let directory = tempdir().unwrap();
+        let directory = directory.path();
+        let first = Unfinished::open(directory, "seed 1", false).unwrap();
         assert!(!first.goes_on() && first.is_empty());
-        let refused = Unfinished::open(&directory, "seed 1", true).unwrap_err().to_string();
+        let refused = Unfinished::open(directory, "seed 1", true).unwrap_err().to_string();
         assert!(refused.contains("another process"), "{refused}");
         fs::create_dir_all(first.of_task("two words", 3)).unwrap();
         assert!(!first.is_empty());
         drop(first);
-        let refused = Unfinished::open(&directory, "seed 2", false).unwrap_err().to_string();
+        let refused = Unfinished::open(directory, "seed 2", false).unwrap_err().to_string();
         assert!(refused.contains("options") && refused.contains("--fresh"), "{refused}");
-        let again = Unfinished::open(&directory, "seed 1", false).unwrap();
+        let again = Unfinished::open(directory, "seed 1", false).unwrap();
         assert!(again.goes_on() && again.of_task("two words", 3).is_dir());
         drop(again);
-        let fresh = Unfinished::open(&directory, "seed 2", true).unwrap();
+        let fresh = Unfinished::open(directory, "seed 2", true).unwrap();
         assert!(!fresh.goes_on() && !fresh.of_task("two words", 3).exists());
         fresh.remove().unwrap();
-        assert_eq!(fs::read_dir(&directory).unwrap().count(), 0);
-        remove_directory(&directory).unwrap();
+        assert_eq!(fs::read_dir(directory).unwrap().count(), 0);
     }
 
     #[test]
     fn results_are_made_once_and_damaged_or_other_ones_again() {
-        let folder = directory("kept");
-        let get = |task: &str, value: u64| kept(&folder, task, || Ok((value, vec![f64::NAN]))).unwrap();
-        assert!(kept::<f64>(&folder, "a", || Err("broken".into())).is_err());
+        let folder = tempdir().unwrap();
+        let folder = folder.path();
+        let get = |task: &str, value: u64| kept(folder, task, || Ok((value, vec![f64::NAN]))).unwrap();
+        assert!(kept::<f64>(folder, "a", || Err("broken".into())).is_err());
         assert_eq!(get("a", 1).0, 1);
         let again = get("a", 2);
         assert!(again.0 == 1 && again.1[0].is_nan());
@@ -173,6 +169,5 @@ mod tests {
         let bytes = fs::read(&path).unwrap();
         fs::write(&path, &bytes[..bytes.len() - 1]).unwrap();
         assert_eq!(get("b", 4).0, 4);
-        remove_directory(&folder).unwrap();
     }
 }

@@ -1,6 +1,6 @@
 //! Any number of ranks, stopped or failing, and what one process measures.
 
-use crate::threads_as_ranks::{Scratch, channels, job, sweep};
+use crate::threads_as_ranks::{channels, job, sweep};
 use gradient_mc::{Replicas, Simulation};
 use gradient_mc_sweep::crew;
 use gradient_mc_sweep::dispatch::State;
@@ -10,6 +10,7 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread;
 use std::time::Duration;
+use tempfile::tempdir;
 
 /// Seven scenes, two of them short of their target, of unequal lengths.
 const TABLE: &str = r#"
@@ -50,10 +51,10 @@ fn is_finished(state: &State) -> bool {
 
 #[test]
 fn any_number_of_ranks_and_threads_gives_the_bits_of_replicas_in_one_process() {
-    let scratch = Scratch::new("bits");
+    let scratch = tempdir().unwrap();
     let all: Vec<[String; 2]> = [[1, 1], [2, 1], [4, 1], [2, 3]]
         .map(|[ranks, threads]| {
-            let folder = scratch.0.join(format!("{ranks}_{threads}"));
+            let folder = scratch.path().join(format!("{ranks}_{threads}"));
             let ended = sweep(TABLE, &folder, [ranks, threads], &|| false);
             assert!(ended.states.iter().all(is_finished) && ended.lost_ranks == 0);
             tables(&folder)
@@ -61,7 +62,7 @@ fn any_number_of_ranks_and_threads_gives_the_bits_of_replicas_in_one_process() {
         .to_vec();
     assert!(all.iter().all(|tables| *tables == all[0]));
 
-    let job = job(TABLE, &scratch.0.join("1_1"));
+    let job = job(TABLE, &scratch.path().join("1_1"));
     let grid = &job.table.cases[..6];
     let outcomes = Replicas::new(3).seed(5).run_each(grid, |case, replica| {
         let scene = case.scene()?;
@@ -88,8 +89,8 @@ fn any_number_of_ranks_and_threads_gives_the_bits_of_replicas_in_one_process() {
 
 #[test]
 fn a_sweep_that_is_stopped_again_and_again_goes_on_to_the_same_bits() {
-    let scratch = Scratch::new("stopped");
-    let (at_once, in_pieces) = (scratch.0.join("at_once"), scratch.0.join("in_pieces"));
+    let scratch = tempdir().unwrap();
+    let (at_once, in_pieces) = (scratch.path().join("at_once"), scratch.path().join("in_pieces"));
     sweep(TABLE, &at_once, [1, 1], &|| false);
     let mut stops = 0;
     loop {
@@ -112,10 +113,10 @@ fn a_sweep_that_is_stopped_again_and_again_goes_on_to_the_same_bits() {
 
 #[test]
 fn a_run_that_fails_is_named_and_leaves_the_others_their_results() {
-    let scratch = Scratch::new("failed");
-    let good = scratch.0.join("good");
+    let scratch = tempdir().unwrap();
+    let good = scratch.path().join("good");
     sweep(TABLE, &good, [1, 1], &|| false);
-    let bad = scratch.0.join("bad");
+    let bad = scratch.path().join("bad");
     // Where the checkpoint of a run is to be stands something else.
     fs::create_dir_all(bad.join("tasks/grid.1_2")).unwrap();
     let ended = sweep(TABLE, &bad, [2, 1], &|| false);
@@ -141,10 +142,10 @@ fn a_run_that_fails_is_named_and_leaves_the_others_their_results() {
 
 #[test]
 fn a_rank_that_falls_silent_is_given_up_with_its_run_and_one_that_hears_nothing_stops() {
-    let scratch = Scratch::new("silent");
+    let scratch = tempdir().unwrap();
     let mut links = channels(2);
     let (mut silent, mut leader) = (links.remove(1), links.remove(0));
-    let mut job = job(TABLE, &scratch.0);
+    let mut job = job(TABLE, scratch.path());
     job.patience = Duration::from_secs(2);
     silent.send(0, &Message::Ready(1));
     // The last run first: it is the one that the silent rank is given, or the one after it.
@@ -162,8 +163,8 @@ fn a_rank_that_falls_silent_is_given_up_with_its_run_and_one_that_hears_nothing_
 
 #[test]
 fn two_processes_do_not_work_on_the_same_run() {
-    let scratch = Scratch::new("claimed");
-    let mut job = job(TABLE, &scratch.0);
+    let scratch = tempdir().unwrap();
+    let mut job = job(TABLE, scratch.path());
     job.patience = Duration::from_millis(100);
     let case = &job.table.cases[0];
     let lock = fs::File::create(job.folder.checkpoint(case, 0).with_extension("0_0.lock")).unwrap();

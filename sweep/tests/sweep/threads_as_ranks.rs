@@ -3,28 +3,11 @@
 use gradient_mc_sweep::crew::{self, Ended};
 use gradient_mc_sweep::link::{Link, Message};
 use gradient_mc_sweep::{Folder, Job, Table};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::thread;
 use std::time::Duration;
-
-/// A folder that is removed.
-pub(crate) struct Scratch(pub(crate) PathBuf);
-
-impl Scratch {
-    pub(crate) fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("gradient-mc-sweep-{name}-{}", std::process::id()));
-        std::fs::remove_dir_all(&path).ok();
-        Self(path)
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        std::fs::remove_dir_all(&self.0).ok();
-    }
-}
 
 /// From whom, and the kind and content of a message, as MPI carries them.
 type Letter = (usize, (i32, Vec<u8>));

@@ -2,6 +2,5 @@
 
 pub mod balance;
 pub mod exact;
-pub mod folder;
 pub mod scenes;
 pub mod wrong_rules;

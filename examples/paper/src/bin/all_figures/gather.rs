@@ -179,12 +179,7 @@ mod tests {
     use super::*;
     use paper::captions::write_captions;
     use paper::verdict::Verdicts;
-
-    fn directory(name: &str) -> std::path::PathBuf {
-        let directory = std::env::temp_dir().join(format!("all_figures_{name}_{}", std::process::id()));
-        fs::create_dir_all(&directory).unwrap();
-        directory
-    }
+    use tempfile::tempdir;
 
     fn leave(directory: &Path, measured: f64) {
         let mut verdicts = Verdicts::new();
@@ -201,34 +196,34 @@ mod tests {
 
     #[test]
     fn what_was_written_is_read_and_one_failed_claim_fails_all() {
-        let directory = directory("claims");
-        leave(&directory, 0.9);
-        let good = Gathered::read(&directory);
+        let directory = tempdir().unwrap();
+        let directory = directory.path();
+        leave(directory, 0.9);
+        let good = Gathered::read(directory);
         assert!(good.holds() && good.held() == 2 && good.pictures.len() == 3, "{good:?}");
-        leave(&directory, 1.1);
-        let bad = Gathered::read(&directory);
+        leave(directory, 1.1);
+        let bad = Gathered::read(directory);
         assert!(!bad.holds() && bad.held() == 1);
-        leave(&directory, f64::NAN);
-        assert!(!Gathered::read(&directory).holds());
-        fs::remove_dir_all(directory).unwrap();
+        leave(directory, f64::NAN);
+        assert!(!Gathered::read(directory).holds());
     }
 
     #[test]
     fn what_is_missing_or_tampered_with_does_not_hold() {
-        let directory = directory("missing");
-        assert!(!Gathered::read(&directory).holds());
-        leave(&directory, 0.9);
+        let directory = tempdir().unwrap();
+        let directory = directory.path();
+        assert!(!Gathered::read(directory).holds());
+        leave(directory, 0.9);
         fs::remove_file(directory.join("captions.csv")).unwrap();
-        let bare = Gathered::read(&directory);
+        let bare = Gathered::read(directory);
         assert!(bare.holds() && bare.pictures.len() == 3 && bare.remark.is_some());
-        leave(&directory, 0.9);
+        leave(directory, 0.9);
         fs::remove_file(directory.join("figure_14b.png")).unwrap();
-        assert_eq!(Gathered::read(&directory).missing, ["picture figure_14b.png"]);
-        leave(&directory, 1.1);
+        assert_eq!(Gathered::read(directory).missing, ["picture figure_14b.png"]);
+        leave(directory, 1.1);
         let path = directory.join("verdicts.csv");
         fs::write(&path, fs::read_to_string(&path).unwrap().replace("false", "true")).unwrap();
-        assert!(!Gathered::read(&directory).holds());
-        fs::remove_dir_all(directory).unwrap();
+        assert!(!Gathered::read(directory).holds());
     }
 
     #[test]

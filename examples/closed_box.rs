@@ -1,6 +1,6 @@
-//! A closed box: a lid that carries a part of the pressure. Weightless, P is the same everywhere; with weight, P(base) − P(lid) is the
-//! weight of the column. Prints P at both walls and P/(nTZ) − 1 half way, with error bars.
-//! `cargo run --release --example closed_box`
+//! A closed box: a lid that carries a part of the pressure. Weightless, P is the same everywhere;
+//! with weight, P(base) − P(lid) is the weight of the column. Prints P at both walls and P/(nTZ) −
+//! 1 half way, with error bars. `cargo run --release --example closed_box`
 
 use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::field::UniformField;

@@ -1,6 +1,7 @@
-//! No more model than the scene needs: the cheapest of ideal gas, hydrostatic theory, density functional and Monte Carlo whose expected error, the share
-//! of spheres at a wrong height, stays below what is asked; why the cheaper ones do not do; and the densities that it gives.
-//! `cargo run --release --example model_for`
+//! No more model than the scene needs: the cheapest of ideal gas, hydrostatic theory, density
+//! functional and Monte Carlo whose expected error, the share of spheres at a wrong height, stays
+//! below what is asked; why the cheaper ones do not do; and the densities that it gives. `cargo run
+//! --release --example model_for`
 
 use gradient_mc::field::UniformField;
 use gradient_mc::model::{Accuracy, Model, total_variation_distance};

@@ -1,6 +1,7 @@
-//! An equation of state of one's own: Z to the third virial coefficient, one method. The derivative, the chemical potential and the
-//! inverse come numerically. Prints the theory that it makes of a column beside that of the best equation, and a simulation.
-//! `cargo run --release --example own_equation_of_state`
+//! An equation of state of one's own: Z to the third virial coefficient, one method. The
+//! derivative, the chemical potential and the inverse come numerically. Prints the theory that it
+//! makes of a column beside that of the best equation, and a simulation. `cargo run --release
+//! --example own_equation_of_state`
 
 use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::field::UniformField;

@@ -1,6 +1,6 @@
-//! An observer of one's own: the density of spheres that touch the base, with an error type of its own. The contact theorem is exact:
-//! the base carries the whole column, so n(½⁺) T = N/A in a uniform field, whatever the layers above do.
-//! `cargo run --release --example own_observer`
+//! An observer of one's own: the density of spheres that touch the base, with an error type of its
+//! own. The contact theorem is exact: the base carries the whole column, so n(½⁺) T = N/A in a
+//! uniform field, whatever the layers above do. `cargo run --release --example own_observer`
 
 use gradient_mc::field::UniformField;
 use gradient_mc::statistics::BlockAverages;
@@ -58,7 +58,8 @@ fn main() -> Result<(), Error> {
         simulation.equilibrate(2000, &mut ())?;
         simulation.run(100_000, &mut layers)?;
 
-        // The parabola with these means, at the wall; its error by the jackknife, since layers are correlated.
+        // The parabola with these means, at the wall; its error by the jackknife, since layers are
+        // correlated.
         let at_wall = |mean: &[f64]| [(11.0 * mean[0] - 7.0 * mean[1] + 2.0 * mean[2]) / 6.0];
         let contact = layers.densities.jackknife(at_wall)?[0];
         let exact = scene.column_density() / temperature;

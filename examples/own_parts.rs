@@ -1,5 +1,5 @@
-//! A field, a temperature, an equation of state and an observer of one's own in one run: a centrifuge, heated from below, compared
-//! with a theory. `cargo run --release --example own_parts`
+//! A field, a temperature, an equation of state and an observer of one's own in one run: a
+//! centrifuge, heated from below, compared with a theory. `cargo run --release --example own_parts`
 
 use gradient_mc::observers::{Bins, EquationOfStateProfile};
 use gradient_mc::{EquationOfState, Error, Field, Frame, Observer, ObserverError, TemperatureProfile};

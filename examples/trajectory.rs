@@ -1,7 +1,8 @@
-//! A column that falls, as trajectories for OVITO and others: `cargo run --release --example trajectory`.
+//! A column that falls, as trajectories for OVITO and others: `cargo run --release --example
+//! trajectory`.
 //!
-//! Writes `column.xyz` and `column.gsd` to `out/trajectory`, or to the folder that is named as an argument, and starts again
-//! from the last frame.
+//! Writes `column.xyz` and `column.gsd` to `out/trajectory`, or to the folder that is named as an
+//! argument, and starts again from the last frame.
 
 use gradient_mc::field::UniformField;
 use gradient_mc::observers::{ExtendedXyz, Gsd};

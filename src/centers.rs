@@ -4,8 +4,8 @@ use crate::configuration::Configuration;
 
 /// The centers of the spheres of a configuration, in diameters.
 ///
-/// The moves keep spheres sorted by place, not by number. Asking for heights in any order is cheap; positions in
-/// order are gathered once after a sweep, at the first request.
+/// The moves keep spheres sorted by place, not by number. Asking for heights in any order is cheap;
+/// positions in order are gathered once after a sweep, at the first request.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Centers<'a>(Source<'a>);
 

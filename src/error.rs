@@ -151,7 +151,8 @@ pub enum Error {
         /// Reduced potential there.
         potential: f64,
     },
-    /// The reduced force is not finite, or larger than probes had found: event chains cannot be driven.
+    /// The reduced force is not finite, or larger than probes had found: event chains cannot be
+    /// driven.
     #[error(
         "the reduced force is {force} at height {height}, where its magnitude was bounded by {bound}: \
          smooth the field or temperature there, or use local moves"
@@ -165,7 +166,8 @@ pub enum Error {
         /// Bound of its magnitude, from probes around it.
         bound: f64,
     },
-    /// An event chain went from sphere to sphere, or was stopped by the field, without getting ahead.
+    /// An event chain went from sphere to sphere, or was stopped by the field, without getting
+    /// ahead.
     #[error(
         "an event chain of {length} diameters is stuck after {path}: {cause}",
         length = figures(*length), path = figures(*path),
@@ -372,16 +374,16 @@ pub enum Error {
         /// Independent observations from there on.
         effective_sample_size: f64,
     },
-    /// An observer of one run was shown a frame of another: of another scene, or of a run that starts anew, whose sweeps do
-    /// not go on where they were.
+    /// An observer of one run was shown a frame of another: of another scene, or of a run that
+    /// starts anew, whose sweeps do not go on where they were.
     #[error(
         "an observer looks at one run, but the {what} was {seen} and is now {shown}: take an observer of its own for \
          another run, and pool them with `Merge`", seen = figures(*seen), shown = figures(*shown)
     )]
     #[non_exhaustive]
     AnotherRun {
-        /// What differs: a length of the slab, the number of spheres, field or temperature at some height, or the number
-        /// of the sweep, which did not increase.
+        /// What differs: a length of the slab, the number of spheres, field or temperature at some
+        /// height, or the number of the sweep, which did not increase.
         what: &'static str,
         /// Its value in the frames before.
         seen: f64,
@@ -489,5 +491,6 @@ impl fmt::Debug for Error {
     }
 }
 
-/// A chain that the field has stopped as often within a diameter is held by the field, whatever else it meets.
+/// A chain that the field has stopped as often within a diameter is held by the field, whatever
+/// else it meets.
 const HELD_BY_FIELD: u32 = 100;

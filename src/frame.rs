@@ -186,7 +186,8 @@ pub struct MoveCounts {
     pub chains: u64,
     /// Events that ended a straight piece of an event chain: a collision, a wall, or the field.
     pub events: u64,
-    /// Sweeps that ended with an error before all of their moves were made. What they made is counted above.
+    /// Sweeps that ended with an error before all of their moves were made. What they made is
+    /// counted above.
     pub incomplete_sweeps: u64,
 }
 

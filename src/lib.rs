@@ -1,5 +1,6 @@
-//! Monte Carlo of hard spheres in a tall slab whose gravity and temperature vary with height: one run
-//! yields a whole equation of state (Mehrotra, Puri and Khakhar, doi:10.1103/PhysRevE.83.061306).
+//! Monte Carlo of hard spheres in a tall slab whose gravity and temperature vary with height: one
+//! run yields a whole equation of state (Mehrotra, Puri and Khakhar,
+//! doi:10.1103/PhysRevE.83.061306).
 //!
 //! ```
 //! use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
@@ -27,8 +28,8 @@
 //!
 //! A simulation that is told nothing suits any temperature ([`drive::Automatic`]), starts at the
 //! theory profile, and moves by event chains with tuned local moves between them ([`moves`]). With
-//! the feature `rayon` sweeps share the threads of the pool they run in, with the same outcome; with
-//! the feature `checkpoint` runs are stopped and go on as if they had not been.
+//! the feature `rayon` sweeps share the threads of the pool they run in, with the same outcome;
+//! with the feature `checkpoint` runs are stopped and go on as if they had not been.
 //!
 //! # What a version promises
 //! `nalgebra`'s [`Vector3`] and `rand_pcg`'s generator ([`Generator`]) are part of the public
@@ -36,8 +37,8 @@
 //! [`Error`] and [`Warning`] may get more fields in any version: match them with `..`.
 //!
 //! # Limits
-//! Equal hard spheres; at most 2·10⁸ cubic diameters; a self-consistent field that has to be checked
-//! (`docs/physics.md`, "Limits known").
+//! Equal hard spheres; at most 2·10⁸ cubic diameters; a self-consistent field that has to be
+//! checked (`docs/physics.md`, "Limits known").
 
 #![warn(
     missing_docs,

@@ -59,10 +59,11 @@ impl Recorder for Acceptance {
     }
 }
 
-/// Notes about production: it reads configurations and moves, and changes neither them nor the generator.
+/// Notes about production: it reads configurations and moves, and changes neither them nor the
+/// generator.
 ///
-/// The series of the center of mass and of numbers of spheres are thinned whenever they are full, so that
-/// they span the run in bounded memory, and the longer a run the less they cost.
+/// The series of the center of mass and of numbers of spheres are thinned whenever they are full,
+/// so that they span the run in bounded memory, and the longer a run the less they cost.
 #[derive(Debug, Clone)]
 pub(crate) struct Monitor {
     /// Whether moves are to be recorded: if all of them are trials.
@@ -90,9 +91,10 @@ pub(crate) struct Monitor {
 }
 
 impl Monitor {
-    /// A pass over all heights takes 3 to 10 % of a local sweep, most in small systems, and half as much again with
-    /// bands. With these numbers all of it costs 0.5 % (25 000 spheres) to 1.3 % (360) of the first thousand sweeps, 0.2
-    /// to 0.5 % of eight thousand, and less the longer a run.
+    /// A pass over all heights takes 3 to 10 % of a local sweep, most in small systems, and half as
+    /// much again with bands. With these numbers all of it costs 0.5 % (25 000 spheres) to 1.3
+    /// % (360) of the first thousand sweeps, 0.2 to 0.5 % of eight thousand, and less the
+    /// longer a run.
     const LONGEST_SERIES: usize = 128;
     const MARKS: usize = 4;
     /// The first so many series are of the column, the others of what is near the base.
@@ -192,8 +194,9 @@ impl Monitor {
         counts.iter_mut().zip(below).for_each(|(series, below)| series.push(below as f64));
     }
 
-    /// Chooses the marks: the edges of bands that half and nine tenths of the spheres are below, where the number below
-    /// tells the weight above; half a diameter above the lowest centers, where the first layer is; and the lowest band.
+    /// Chooses the marks: the edges of bands that half and nine tenths of the spheres are below,
+    /// where the number below tells the weight above; half a diameter above the lowest centers,
+    /// where the first layer is; and the lowest band.
     fn mark(&mut self, frame: &Frame<'_>) {
         const LAYER: f64 = 0.5;
         let mut counts = vec![0_usize; self.bands.count];
@@ -224,7 +227,8 @@ impl Monitor {
         &self.series[0]
     }
 
-    /// All series, evenly spaced in time over production, part by part: those of a part share their memory.
+    /// All series, evenly spaced in time over production, part by part: those of a part share their
+    /// memory.
     pub(crate) fn series(&self) -> [(Quantity, &[Vec<f64>]); 2] {
         let (column, base) = self.series.split_at(Self::OF_COLUMN);
         [(Quantity::Column, column), (Quantity::Base, base)]

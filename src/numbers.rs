@@ -32,7 +32,8 @@ impl Error {
     }
 }
 
-/// A number as a message shows it: in full, or with a power of ten where that would run to many zeros.
+/// A number as a message shows it: in full, or with a power of ten where that would run to many
+/// zeros.
 pub(crate) fn figures(value: f64) -> String {
     let magnitude = value.abs();
     if value == 0.0 || !value.is_finite() || (1e-5..1e16).contains(&magnitude) {

@@ -23,7 +23,8 @@ pub(crate) fn differentiate(f: impl Fn(f64) -> f64, x: f64, h: f64) -> f64 {
     (8.0 * (f(x + h) - f(x - h)) - (f(x + 2.0 * h) - f(x - 2.0 * h))) / (12.0 * h)
 }
 
-/// The same of an `f` that is not to be asked below `lowest`: within two steps of it the five points begin there.
+/// The same of an `f` that is not to be asked below `lowest`: within two steps of it the five
+/// points begin there.
 pub(crate) fn differentiate_above(f: impl Fn(f64) -> f64, x: f64, h: f64, lowest: f64) -> f64 {
     if !(x >= lowest && x < lowest + 2.0 * h) {
         return differentiate(f, x, h);

@@ -22,7 +22,8 @@ pub struct AcceptedMove {
     pub from_height: f64,
     /// Displacement, before periodic wrapping.
     pub displacement: Vector3<f64>,
-    /// Axis of the event chain that this is a straight piece of (0 is vertical); none of a local move.
+    /// Axis of the event chain that this is a straight piece of (0 is vertical); none of a local
+    /// move.
     pub chain_axis: Option<usize>,
 }
 
@@ -36,12 +37,13 @@ pub struct Collision {
     pub from_height: f64,
     /// Height of the sphere that goes on.
     pub to_height: f64,
-    /// Distance from the first to the second along the chain's direction, positive and at most one diameter.
+    /// Distance from the first to the second along the chain's direction, positive and at most one
+    /// diameter.
     pub separation: f64,
 }
 
-/// A straight piece of an event chain, with the collision that ends it, if one does: [`AcceptedMove`] and [`Collision`] in
-/// fewer numbers.
+/// A straight piece of an event chain, with the collision that ends it, if one does:
+/// [`AcceptedMove`] and [`Collision`] in fewer numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct ChainPiece {
@@ -91,8 +93,8 @@ pub trait Recorder {
     /// An event chain went over from one sphere to another that it touched.
     fn record_collision(&mut self, _collision: &Collision) {}
 
-    /// Event chains along `axis` went these ways, one piece after the other. Tells of each as a move and a collision; one that can do
-    /// better with all at once saves time.
+    /// Event chains along `axis` went these ways, one piece after the other. Tells of each as a
+    /// move and a collision; one that can do better with all at once saves time.
     fn record_pieces(&mut self, axis: usize, pieces: &[ChainPiece]) {
         for piece in pieces {
             self.record_move(&piece.as_move(axis));
@@ -105,7 +107,8 @@ pub trait Recorder {
     /// An event chain along `axis` (0 is vertical) is over after a path of `length` diameters.
     fn record_chain(&mut self, _axis: usize, _length: f64) {}
 
-    /// Whether it wants to hear of local moves. To list them takes time, which one that only listens to chains saves with `false`.
+    /// Whether it wants to hear of local moves. To list them takes time, which one that only
+    /// listens to chains saves with `false`.
     fn wants_local_moves(&mut self) -> bool {
         true
     }
@@ -113,8 +116,8 @@ pub trait Recorder {
 
 /// Something that looks at the configuration after every sweep.
 ///
-/// Tuples of observers are observers, and so are `&mut O`, `Option<O>`, and `()`, which looks at nothing. Wrap one in
-/// [`Every`] to look less often.
+/// Tuples of observers are observers, and so are `&mut O`, `Option<O>`, and `()`, which looks at
+/// nothing. Wrap one in [`Every`] to look less often.
 ///
 /// ```
 /// use gradient_mc::{Frame, Observer, ObserverError};
@@ -132,8 +135,8 @@ pub trait Observer {
     /// Looks at the configuration after a sweep.
     ///
     /// # Errors
-    /// Any error of the observer's own; it ends the run as [`Error::Observer`](crate::Error::Observer)
-    /// with the configuration intact.
+    /// Any error of the observer's own; it ends the run as
+    /// [`Error::Observer`](crate::Error::Observer) with the configuration intact.
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError>;
 
     /// What wants to hear of every single move of the next sweep, usually `Some(self)`; by default

@@ -1,9 +1,10 @@
 //! One line that makes a type of this library part of a checkpoint.
 
-/// Implements [`Persist`](crate::checkpoint::Persist), if there are checkpoints, from the fields that are to be kept, each
-/// with the method of [`Archive`](crate::checkpoint::Archive) for it: `same` for what the user's own code has made and has
-/// to agree, `value`, `count` and `slice` for numbers, `part` for what knows by itself what to keep. What follows the
-/// fields must hold of what was read.
+/// Implements [`Persist`](crate::checkpoint::Persist), if there are checkpoints, from the fields
+/// that are to be kept, each with the method of [`Archive`](crate::checkpoint::Archive) for it:
+/// `same` for what the user's own code has made and has to agree, `value`, `count` and `slice` for
+/// numbers, `part` for what knows by itself what to keep. What follows the fields must hold of what
+/// was read.
 ///
 /// Fields that are left out are made by the constructor or filled anew after every sweep.
 macro_rules! persist {

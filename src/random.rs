@@ -2,7 +2,8 @@
 
 use rand::{Rng, RngExt};
 
-/// The generator that every seeded result comes from: PCG XSL 128/64 (MCG), portable across machines.
+/// The generator that every seeded result comes from: PCG XSL 128/64 (MCG), portable across
+/// machines.
 ///
 /// ```
 /// use gradient_mc::Generator;

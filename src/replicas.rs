@@ -113,8 +113,8 @@ impl<'a> Replicas<'a> {
         if self.threads > 0 { self.threads } else { thread::available_parallelism().map_or(1, NonZero::get) }
     }
 
-    /// One of them, by its number from 0, as [`run_each`](Self::run_each) counts them, through all parameters: what a task of
-    /// a job array runs by itself.
+    /// One of them, by its number from 0, as [`run_each`](Self::run_each) counts them, through all
+    /// parameters: what a task of a job array runs by itself.
     ///
     /// ```
     /// use gradient_mc::Replicas;
@@ -211,8 +211,8 @@ impl<'a> Replicas<'a> {
         results.sort_by_key(|(number, _)| *number);
         let mut outcomes: Vec<Outcome<R>> =
             parameters.iter().map(|_| Outcome { replicas: Vec::with_capacity(self.count) }).collect();
-        // Replicas are begun in their order, so those before the first that fails have all been finished: which one it
-        // is does not depend on the number of threads.
+        // Replicas are begun in their order, so those before the first that fails have all been finished:
+        // which one it is does not depend on the number of threads.
         for (number, result) in results {
             let seed = self.replica(number).seed;
             let result = result.map_err(|source| Error::Replica { replica: number, seed, source })?;
@@ -420,8 +420,8 @@ mod tests {
     fn a_panic_reaches_the_caller_and_hangs_nobody() {
         for threads in [1, 3] {
             let begun = AtomicUsize::new(0);
-            // So many that it ends only if others stop: how many they begin while one prints its panic and unwinds is a
-            // matter of the machine's load.
+            // So many that it ends only if others stop: how many they begin while one prints its panic and
+            // unwinds is a matter of the machine's load.
             let caught = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
                 Replicas::new(usize::MAX / 2).threads(threads).run(|replica| {
                     begun.fetch_add(1, Ordering::SeqCst);

@@ -173,9 +173,10 @@ impl<F, T> Scene<F, T> {
         &self.slab
     }
 
-    /// The wall where the column ends, if it is open: that at which the potential is higher, from which the field pulls
-    /// spheres away. It is the lid under a field that pulls down, and in a box without weight. Pressures are summed from it:
-    /// P there is small, and at any other height it is known to rounding from the weights between.
+    /// The wall where the column ends, if it is open: that at which the potential is higher, from
+    /// which the field pulls spheres away. It is the lid under a field that pulls down, and in
+    /// a box without weight. Pressures are summed from it: P there is small, and at any other
+    /// height it is known to rounding from the weights between.
     pub fn open_end(&self) -> Wall {
         self.open_end
     }

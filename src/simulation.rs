@@ -175,13 +175,13 @@ impl<F: Field, T: TemperatureProfile, S> SimulationBuilder<F, T, S> {
 mod saved;
 
 impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
-    /// Runs `sweeps` sweeps during which the drive may adapt, and shows each to `observer`; `&mut ()`
-    /// looks at nothing.
+    /// Runs `sweeps` sweeps during which the drive may adapt, and shows each to `observer`; `&mut
+    /// ()` looks at nothing.
     ///
     /// # Errors
-    /// [`Error::Observer`] with the observer's own error, [`Error::InvalidPotential`] where field or
-    /// temperature turn out not to be finite, or what the drive returns. The configuration stays valid
-    /// and the run can go on.
+    /// [`Error::Observer`] with the observer's own error, [`Error::InvalidPotential`] where field
+    /// or temperature turn out not to be finite, or what the drive returns. The configuration
+    /// stays valid and the run can go on.
     pub fn equilibrate<O: Observer + ?Sized>(&mut self, sweeps: u64, observer: &mut O) -> Result<(), Error> {
         if self.phase == Phase::Production {
             self.begin(Phase::Equilibration);
@@ -225,7 +225,8 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
                 recorder: all.recorder(),
             });
             if let Err(error) = swept {
-                // No frame shows it, so those who heard of its moves learn here that they are not of a whole sweep.
+                // No frame shows it, so those who heard of its moves learn here that they are not of a whole
+                // sweep.
                 self.move_counts.incomplete_sweeps += 1;
                 return Err(error);
             }
@@ -256,10 +257,11 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     /// | density, and pressure as the weight of what lies above | [`Metastable`](Warning::Metastable), [`BoxIncommensurate`](Warning::BoxIncommensurate) |
     /// | the box | [`LidTooLow`](Warning::LidTooLow), [`NarrowBox`](Warning::NarrowBox) |
     ///
-    /// Fewer than 2.5 independent configurations of the column or of what is near the base are too few, as in the profiles.
-    /// It is worked out when asked for, in some milliseconds (a second or two where T changes by its own size within a
-    /// diameter), since the theory of the scene is solved; what it needs of
-    /// the run is noted every few sweeps, from the first of production on. Replicas are judged each by itself.
+    /// Fewer than 2.5 independent configurations of the column or of what is near the base are too
+    /// few, as in the profiles. It is worked out when asked for, in some milliseconds (a second
+    /// or two where T changes by its own size within a diameter), since the theory of the scene
+    /// is solved; what it needs of the run is noted every few sweeps, from the first of
+    /// production on. Replicas are judged each by itself.
     ///
     /// ```
     /// use gradient_mc::{Scene, Simulation, Slab, Warning, field::UniformField, temperature::Isothermal};
@@ -285,8 +287,8 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
         Case { scene, drive, adaptation, monitor, balance, engine }.warnings()
     }
 
-    /// What the production run so far has seen of the balance of forces; nothing in an isothermal scene, where it
-    /// holds by itself. Records of replicas can be merged.
+    /// What the production run so far has seen of the balance of forces; nothing in an isothermal
+    /// scene, where it holds by itself. Records of replicas can be merged.
     pub fn force_balance(&self) -> Option<&ForceBalance> {
         self.balance.as_deref()
     }
@@ -304,8 +306,9 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
         }
     }
 
-    /// Whether the production run so far can be trusted: whether the field it was made in is that of the density which
-    /// it made, to a relative `tolerance`, and whether the column was at rest.
+    /// Whether the production run so far can be trusted: whether the field it was made in is that
+    /// of the density which it made, to a relative `tolerance`, and whether the column was at
+    /// rest.
     ///
     /// An isothermal scene has no field that could be wrong: there only the column is judged, and
     /// the verdict is [`Isothermal`](crate::drive::Convergence::Isothermal) if it is at rest.
@@ -323,8 +326,8 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     /// ```
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a tolerance that is not between 0 and 1; [`Error::TooFewObservations`] for a
-    /// production run below 320 sweeps.
+    /// [`Error::InvalidParameter`] for a tolerance that is not between 0 and 1;
+    /// [`Error::TooFewObservations`] for a production run below 320 sweeps.
     pub fn certificate(&self, tolerance: f64) -> Result<Certificate, Error> {
         let Self { monitor, .. } = self;
         let certificate = match self.force_balance() {
@@ -350,8 +353,9 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
         &self.adaptation
     }
 
-    /// Pressure on the wall at the [open end](Scene::open_end), in m g/d², that the potential in force assumes: what a
-    /// pressure profile starts from. Without error, and none in an isothermal scene.
+    /// Pressure on the wall at the [open end](Scene::open_end), in m g/d², that the potential in
+    /// force assumes: what a pressure profile starts from. Without error, and none in an
+    /// isothermal scene.
     pub fn open_end_pressure(&self) -> f64 {
         self.driven.drive.open_end_pressure()
     }
@@ -366,8 +370,8 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
         &self.move_counts
     }
 
-    /// The maximum displacements of [`LocalMoves::tuned`](crate::moves::LocalMoves::tuned) as they are now, alone or between event chains; none of
-    /// other moves.
+    /// The maximum displacements of [`LocalMoves::tuned`](crate::moves::LocalMoves::tuned) as they
+    /// are now, alone or between event chains; none of other moves.
     pub fn tuned_displacements(&self) -> Option<&TunedDisplacements> {
         self.engine.local()?.tuning()
     }

@@ -28,9 +28,10 @@ impl Slab {
     pub const MINIMUM_HEIGHT: f64 = 2.0;
     /// Largest extent in diameters.
     pub const MAXIMUM_EXTENT: f64 = 1e6;
-    /// Largest volume of a scene in cubic diameters, twice that of 10⁷ spheres in 400 x 500 x 500: cells take four to
-    /// eight bytes per cubic diameter (more in slabs below ten diameters high or across: up to four times as much),
-    /// spheres some 150 bytes each. Nothing else grows with the volume.
+    /// Largest volume of a scene in cubic diameters, twice that of 10⁷ spheres in 400 x 500 x 500:
+    /// cells take four to eight bytes per cubic diameter (more in slabs below ten diameters
+    /// high or across: up to four times as much), spheres some 150 bytes each. Nothing else
+    /// grows with the volume.
     pub const MAXIMUM_VOLUME: f64 = 2e8;
 
     /// A slab of the given height and periodic widths along y and z, in diameters.
@@ -91,7 +92,8 @@ impl Slab {
         particles as f64 * PI / 6.0 / (self.base_area() * self.height)
     }
 
-    /// An upper bound on the number of spheres that fit: close packing (π/√18) of the slab's volume.
+    /// An upper bound on the number of spheres that fit: close packing (π/√18) of the slab's
+    /// volume.
     #[must_use]
     pub fn capacity(&self) -> usize {
         // Truncation is the floor that is meant.

@@ -1,7 +1,7 @@
 //! Temperature profiles T(x).
 //!
-//! To add a profile, implement [`TemperatureProfile`] for a type of your own (one method), or wrap a
-//! closure in [`TemperatureFn`].
+//! To add a profile, implement [`TemperatureProfile`] for a type of your own (one method), or wrap
+//! a closure in [`TemperatureFn`].
 
 use crate::numerics::differentiate_above;
 use crate::{Error, Slab};
@@ -27,8 +27,8 @@ pub trait TemperatureProfile: Send + Sync {
     /// T(x): positive and finite over the whole slab. Nothing is asked outside it.
     fn temperature(&self, height: f64) -> f64;
 
-    /// d ln T/dx; the default differentiates [`temperature`](Self::temperature), with heights up to 0.002 above the one
-    /// asked for, none of them below 0.
+    /// d ln T/dx; the default differentiates [`temperature`](Self::temperature), with heights up to
+    /// 0.002 above the one asked for, none of them below 0.
     fn logarithmic_gradient(&self, height: f64) -> f64 {
         differentiate_above(|x| self.temperature(x), height, 1e-3, 0.0) / self.temperature(height)
     }

@@ -8,9 +8,10 @@ use std::fmt;
 /// A reason not to trust a run, a profile or a theory, with the numbers that say how bad it is.
 ///
 /// [`Simulation::warnings`](crate::Simulation::warnings) judges a production run,
-/// [`HydrostaticProfile::warnings`](crate::HydrostaticProfile::warnings) a theory profile, and the profiles of
-/// [`observers`](crate::observers) judge their bins. Each prints as one line: what, where, how much, and what to do.
-/// No warnings is no proof of correctness; each variant says what it checks. Heights and lengths are in diameters.
+/// [`HydrostaticProfile::warnings`](crate::HydrostaticProfile::warnings) a theory profile, and the
+/// profiles of [`observers`](crate::observers) judge their bins. Each prints as one line: what,
+/// where, how much, and what to do. No warnings is no proof of correctness; each variant says what
+/// it checks. Heights and lengths are in diameters.
 ///
 /// ```
 /// use gradient_mc::{Scene, Slab, Warning, equation_of_state::ModifiedKolafa};
@@ -78,12 +79,14 @@ pub enum Warning {
         /// How much was.
         measured: MeasuredShare,
     },
-    /// The field comes from the counts of single configurations, whose noise biases it ([`Instantaneous`](crate::drive::Instantaneous)).
+    /// The field comes from the counts of single configurations, whose noise biases it
+    /// ([`Instantaneous`](crate::drive::Instantaneous)).
     #[non_exhaustive]
     CountingNoise {
         /// Mean number of spheres in a bin of the field, over spheres.
         spheres_per_bin: f64,
-        /// What P/(nTZ) − 1 is predicted to be at the base, for moves that cross bins; infinite if the column runs away.
+        /// What P/(nTZ) − 1 is predicted to be at the base, for moves that cross bins; infinite if
+        /// the column runs away.
         pressure_deviation: f64,
     },
     /// The reduced potential has changed during production, which breaks detailed balance.
@@ -92,8 +95,8 @@ pub enum Warning {
         /// Number of changes since production began.
         changes: u64,
     },
-    /// Pressure on the wall at the open end of the column, the lid if the field pulls down, which P(x) as a weight leaves out
-    /// unless it is told.
+    /// Pressure on the wall at the open end of the column, the lid if the field pulls down, which
+    /// P(x) as a weight leaves out unless it is told.
     #[non_exhaustive]
     LidTooLow {
         /// Height of that wall.
@@ -101,8 +104,8 @@ pub enum Warning {
         /// Pressure on it over the largest pressure.
         pressure_ratio: f64,
     },
-    /// Pressure or density are above those of freezing: a fluid there is metastable, and what a crystal or a glass is
-    /// like depends on how it came about.
+    /// Pressure or density are above those of freezing: a fluid there is metastable, and what a
+    /// crystal or a glass is like depends on how it came about.
     #[non_exhaustive]
     Metastable {
         /// Lower end of the range.
@@ -112,7 +115,8 @@ pub enum Warning {
         /// Largest packing fraction measured in it, layers averaged over.
         packing_fraction: f64,
     },
-    /// The column freezes, and the periodic widths are not those of a crystal of the density that it has at the base.
+    /// The column freezes, and the periodic widths are not those of a crystal of the density that
+    /// it has at the base.
     #[non_exhaustive]
     BoxIncommensurate {
         /// Largest principal strain of the hexagonal layers that fit best, over all orientations.
@@ -152,8 +156,8 @@ pub enum Warning {
         /// Fewest blocks of frames in which one of them was occupied.
         blocks: usize,
     },
-    /// Bins in the column whose counts or pressures are known from few independent configurations, so that
-    /// their error bars are too small or mean little.
+    /// Bins in the column whose counts or pressures are known from few independent configurations,
+    /// so that their error bars are too small or mean little.
     #[non_exhaustive]
     CorrelatedBins {
         /// Middle of the lowest of those that were judged together.
@@ -169,7 +173,8 @@ pub enum Warning {
         /// Where they do.
         disagreement: Disagreement,
     },
-    /// Bins over which the density changes too much to be compared with a local equation of state by their means.
+    /// Bins over which the density changes too much to be compared with a local equation of state
+    /// by their means.
     #[non_exhaustive]
     WideBins {
         /// Height of a bin.
@@ -192,7 +197,8 @@ pub enum Warning {
         height: f64,
         /// Packing fraction there.
         packing_fraction: f64,
-        /// Its Z over that of the best equation ([`FluidSolid`](crate::equation_of_state::FluidSolid)), less 1.
+        /// Its Z over that of the best equation
+        /// ([`FluidSolid`](crate::equation_of_state::FluidSolid)), less 1.
         deviation: f64,
     },
     /// The density changes by of order 1 over a diameter, where a local equation of state is wrong.
@@ -216,7 +222,8 @@ pub enum Warning {
         /// Z there by collisions.
         collisions: Estimate,
     },
-    /// The density of the theory jumps: at a jump of the temperature, or where fluid and solid meet.
+    /// The density of the theory jumps: at a jump of the temperature, or where fluid and solid
+    /// meet.
     #[non_exhaustive]
     DensityJump {
         /// Where.
@@ -277,7 +284,8 @@ impl fmt::Display for Disagreement {
 pub enum Quantity {
     /// All of it: the height of the center of mass, and the numbers of spheres below two heights.
     Column,
-    /// What is near the base: the numbers of spheres in the first layer, and in the lowest two diameters.
+    /// What is near the base: the numbers of spheres in the first layer, and in the lowest two
+    /// diameters.
     Base,
 }
 

@@ -1,7 +1,7 @@
 //! The outcome of a sweep does not depend on how many threads share it.
 //!
-//! Without the feature `rayon` there is one thread, whatever is asked for; the digest of the positions is that of
-//! every thread count, with the feature and without.
+//! Without the feature `rayon` there is one thread, whatever is asked for; the digest of the
+//! positions is that of every thread count, with the feature and without.
 
 #![allow(clippy::unwrap_used)]
 

@@ -1,16 +1,17 @@
 //! How fast event chains relax a column: `cargo bench --bench chains [SECONDS [WIDTH]] [ROW]`.
 //!
-//! SECONDS of CPU time are spent on each half of a row (default 2, in all some 100 s); WIDTH is that of the square
-//! base (default 5, for 1000 spheres); only rows whose name contains ROW are measured.
-//! The paper's column at temperature 20, N/A = 40. All times are CPU time of this thread.
+//! SECONDS of CPU time are spent on each half of a row (default 2, in all some 100 s); WIDTH is
+//! that of the square base (default 5, for 1000 spheres); only rows whose name contains ROW are
+//! measured. The paper's column at temperature 20, N/A = 40. All times are CPU time of this thread.
 //!
-//! - `h_c`: two columns, equilibrated at higher and lower temperature, go on at T = 20; the relaxation time is
-//!   the area under the difference of their centers of mass, over its value at first. In linear response
-//!   that is the integrated autocorrelation time of `h_c`, at a fraction of the cost of measuring it in
-//!   equilibrium. What was cut off is taken for the rest of an exponential.
-//! - layer, bulk: integrated autocorrelation time of the number of spheres between 0.5 and 1, where structure is
-//!   strongest, and between 20 and 20.5. The automatic window loses slow modes of small amplitude, so
-//!   that these are lower limits where `h_c` is slow.
+//! - `h_c`: two columns, equilibrated at higher and lower temperature, go on at T = 20; the
+//!   relaxation time is the area under the difference of their centers of mass, over its value at
+//!   first. In linear response that is the integrated autocorrelation time of `h_c`, at a fraction
+//!   of the cost of measuring it in equilibrium. What was cut off is taken for the rest of an
+//!   exponential.
+//! - layer, bulk: integrated autocorrelation time of the number of spheres between 0.5 and 1, where
+//!   structure is strongest, and between 20 and 20.5. The automatic window loses slow modes of
+//!   small amplitude, so that these are lower limits where `h_c` is slow.
 //!
 //! First the Newtonian chains, which are not the library's, are checked against exact results.
 
@@ -32,7 +33,8 @@ const TEMPERATURE: f64 = 20.0;
 const SIDES: [f64; 2] = [26.0, 15.0];
 const COLUMN_DENSITY: f64 = 40.0;
 const HEIGHT: f64 = 400.0;
-/// Slope of the center of mass against T at T = 20, by Carnahan and Starling; T²/N times it is the variance.
+/// Slope of the center of mass against T at T = 20, by Carnahan and Starling; T²/N times it is the
+/// variance.
 const SLOPE: f64 = 1.2434;
 const LAYER: f64 = 1.0;
 const BULK: f64 = 20.0;

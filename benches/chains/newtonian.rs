@@ -1,10 +1,11 @@
-//! Newtonian event chains (Klement and Engel, doi:10.1063/1.5090882) in a uniform field, as compactly as is fast:
-//! measured against the library's straight chains, and no part of it.
+//! Newtonian event chains (Klement and Engel, doi:10.1063/1.5090882) in a uniform field, as
+//! compactly as is fast: measured against the library's straight chains, and no part of it.
 //!
-//! All spheres have velocities; only the active one moves, until it touches another. Their velocities change as
-//! in an elastic collision, and the other is active. Where the field stops the active sphere, another
-//! goes on, drawn at random: it gets the vertical velocity, turned downwards, in exchange for its own.
-//! Every state that starts downhill is thereby entered as often as it is left, as with straight chains.
+//! All spheres have velocities; only the active one moves, until it touches another. Their
+//! velocities change as in an elastic collision, and the other is active. Where the field stops the
+//! active sphere, another goes on, drawn at random: it gets the vertical velocity, turned
+//! downwards, in exchange for its own. Every state that starts downhill is thereby entered as often
+//! as it is left, as with straight chains.
 
 use gradient_mc::Vector3;
 use rand::{RngExt, SeedableRng};
@@ -240,8 +241,8 @@ impl NewtonianColumn {
         self.insert(sphere, coordinates, target);
     }
 
-    /// What stops the active sphere first: the end of the chain, the field, the edge of its cell or the wall, or
-    /// another sphere in the 27 cells around.
+    /// What stops the active sphere first: the end of the chain, the field, the edge of its cell or
+    /// the wall, or another sphere in the 27 cells around.
     #[inline]
     fn first_stop(
         &self,

@@ -1,5 +1,5 @@
-//! What the feedback of a temperature that varies costs: sweeps that measure and adapt, and sweeps that record the
-//! balance of forces, against sweeps in the same potential, frozen and unobserved.
+//! What the feedback of a temperature that varies costs: sweeps that measure and adapt, and sweeps
+//! that record the balance of forces, against sweeps in the same potential, frozen and unobserved.
 
 use crate::median;
 use gradient_mc::drive::{EquationOfStateClosure, SelfConsistent};

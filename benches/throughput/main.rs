@@ -1,5 +1,6 @@
 //! Trial moves and chain events per CPU second: `cargo bench --bench throughput`; with
-//! `--features rayon`, also what a second thread gains; with `-- --largest 10000000`, up to ten million spheres.
+//! `--features rayon`, also what a second thread gains; with `-- --largest 10000000`, up to ten
+//! million spheres.
 //!
 //! Two homogeneous scenes without gravity bound what a column contains: a dense fluid (packing
 //! fraction 0.45, S = 0.12), where overlap tests dominate, and the paper's dilute start (n = 0.1,
@@ -106,7 +107,8 @@ struct Arguments {
     /// Turns of the part feedback, of which medians are taken
     #[arg(long, default_value_t = 21)]
     turns: usize,
-    /// Instead, so many sweeps of one hot loop and nothing else, for a program that counts instructions
+    /// Instead, so many sweeps of one hot loop and nothing else, for a program that counts
+    /// instructions
     #[arg(long)]
     count: Option<u64>,
     /// The loop that is counted

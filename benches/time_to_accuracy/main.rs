@@ -1,15 +1,16 @@
-//! CPU time until the error of `h_c`, n(x) and P(x) falls below half a per cent: `cargo bench --bench
-//! time_to_accuracy`.
+//! CPU time until the error of `h_c`, n(x) and P(x) falls below half a per cent: `cargo bench
+//! --bench time_to_accuracy`.
 //!
-//! The paper's column (T = 20, N/A = 40, 400 high) on a narrower base, by every way of moving there is and
-//! from both starts. The error is the true one, against a long reference run by event chains: the
-//! root mean square over independent replicas, of averages over the second half of the run so far. So it
-//! contains whatever the start has left behind. Times are CPU seconds of the thread that does the work;
-//! ratios within one run are to be quoted, since absolute times drift on a shared machine.
+//! The paper's column (T = 20, N/A = 40, 400 high) on a narrower base, by every way of moving there
+//! is and from both starts. The error is the true one, against a long reference run by event
+//! chains: the root mean square over independent replicas, of averages over the second half of the
+//! run so far. So it contains whatever the start has left behind. Times are CPU seconds of the
+//! thread that does the work; ratios within one run are to be quoted, since absolute times drift on
+//! a shared machine.
 //!
-//! With `-- --wall`, the time of the clock: two replicas on two threads, whose profiles are averaged, against
-//! the paper's algorithm on one core. With `--patience 2000` or so every method runs until it has reached the
-//! target, and nothing is extrapolated.
+//! With `-- --wall`, the time of the clock: two replicas on two threads, whose profiles are
+//! averaged, against the paper's algorithm on one core. With `--patience 2000` or so every method
+//! runs until it has reached the target, and nothing is extrapolated.
 
 #![allow(clippy::print_stdout)]
 
@@ -37,12 +38,12 @@ struct Arguments {
     /// Relative error to be reached
     #[arg(long, default_value_t = 0.005)]
     target: f64,
-    /// CPU seconds after which a replica gives up; with `--wall`, seconds of the clock. A method stops anyway as soon
-    /// as it has reached the target
+    /// CPU seconds after which a replica gives up; with `--wall`, seconds of the clock. A method
+    /// stops anyway as soon as it has reached the target
     #[arg(long, default_value_t = 40.0)]
     patience: f64,
-    /// Measure instead the time of the clock to the target in P(x): two replicas on two threads against one of
-    /// the paper's algorithm; only an idle machine tells
+    /// Measure instead the time of the clock to the target in P(x): two replicas on two threads
+    /// against one of the paper's algorithm; only an idle machine tells
     #[arg(long)]
     wall: bool,
     /// Directory for the table and the picture
@@ -113,8 +114,8 @@ fn reference(arguments: &Arguments) -> Result<Profile, Failure> {
     Ok(Profile::mean(&profiles))
 }
 
-/// Follows the replicas of a method, in stretches that double their length, until all errors are below
-/// the target.
+/// Follows the replicas of a method, in stretches that double their length, until all errors are
+/// below the target.
 fn measure(method: Method, arguments: &Arguments, reference: &Profile) -> Result<Vec<Checkpoint>, Failure> {
     let mut replicas: Vec<(Box<dyn Engine>, f64)> = (0..arguments.replicas)
         .map(|seed| Ok((method.engine(arguments.width, seed)?, 0.0)))
@@ -144,10 +145,10 @@ fn measure(method: Method, arguments: &Arguments, reference: &Profile) -> Result
     }
 }
 
-/// CPU seconds at which an error falls below the target for good: between checkpoints by a power law. Beyond the last,
-/// at least those of the last; and where the error has come near the target, as if it fell on with the square root of
-/// time, which is too early for a column that has not yet relaxed. (Far from the target the column may still be falling,
-/// and that goes faster.)
+/// CPU seconds at which an error falls below the target for good: between checkpoints by a power
+/// law. Beyond the last, at least those of the last; and where the error has come near the target,
+/// as if it fell on with the square root of time, which is too early for a column that has not yet
+/// relaxed. (Far from the target the column may still be falling, and that goes faster.)
 #[derive(Debug, Clone, Copy)]
 struct Crossing {
     seconds: f64,

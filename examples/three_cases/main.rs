@@ -1,4 +1,5 @@
-//! The three systems of Mehrotra, Puri and Khakhar (doi:10.1103/PhysRevE.83.061306), on its parameters:
+//! The three systems of Mehrotra, Puri and Khakhar (doi:10.1103/PhysRevE.83.061306), on its
+//! parameters:
 //!
 //! | case | field | temperature |
 //! |---|---|---|
@@ -6,9 +7,10 @@
 //! | (b) | a = exp(0.02 x) | T = 20 |
 //! | (c) | a = 1 | T = 20 exp(−0.02 x) |
 //!
-//! each with 40 spheres per area of the base, in a box 400 high. One run of each yields the equation
-//! of state from the base density up to the dilute top; it is compared with Carnahan-Starling and with
-//! the modified Kolafa-Labík-Malijevský equation. Every case writes a CSV file, a PNG and an SVG.
+//! each with 40 spheres per area of the base, in a box 400 high. One run of each yields the
+//! equation of state from the base density up to the dilute top; it is compared with
+//! Carnahan-Starling and with the modified Kolafa-Labík-Malijevský equation. Every case writes a
+//! CSV file, a PNG and an SVG.
 
 // A summary is put together once; the clearer call is the better one.
 #![allow(clippy::format_push_string)]

@@ -1,4 +1,5 @@
-//! One replica: equilibrate, then measure in consecutive intervals. It goes on where an earlier process was stopped.
+//! One replica: equilibrate, then measure in consecutive intervals. It goes on where an earlier
+//! process was stopped.
 
 use super::protocol::{Protocol, StartChoice};
 use gradient_mc::checkpoint::{Archive, Persist};

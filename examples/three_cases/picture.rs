@@ -1,5 +1,5 @@
-//! The picture of a case: the profile and its layers at the base on the left, the equation of state and
-//! the deviation from it on the right.
+//! The picture of a case: the profile and its layers at the base on the left, the equation of state
+//! and the deviation from it on the right.
 
 use super::report::{BULK_BEGINS, Bin, Factor, Report};
 use gradient_mc::EquationOfState;

@@ -31,8 +31,8 @@ pub(crate) struct Arguments {
     #[arg(long)]
     pub(crate) equilibration: Option<u64>,
 
-    /// Spheres [default: 5760; with --paper: 25000]. The base is a square of area N/40, so that the column stays
-    /// that of the paper
+    /// Spheres [default: 5760; with --paper: 25000]. The base is a square of area N/40, so that the
+    /// column stays that of the paper
     #[arg(long)]
     pub(crate) particles: Option<usize>,
 
@@ -44,8 +44,8 @@ pub(crate) struct Arguments {
     #[arg(long)]
     pub(crate) bin_width: Option<f64>,
 
-    /// The full protocol of the paper: random insertion of 25 000 spheres, 500000 sweeps, then five intervals of 100000
-    /// (hours). Options given beside it take precedence
+    /// The full protocol of the paper: random insertion of 25 000 spheres, 500000 sweeps, then five
+    /// intervals of 100000 (hours). Options given beside it take precedence
     #[arg(long)]
     pub(crate) paper: bool,
 }
@@ -107,7 +107,8 @@ impl Protocol {
     pub(crate) const COLUMN_DENSITY: f64 = 40.0;
     /// Largest displacement in a trial move, in diameters.
     const MAXIMUM_DISPLACEMENT: f64 = 0.75;
-    /// Of event chains between tuned moves: collisions and ranks then become known about equally well.
+    /// Of event chains between tuned moves: collisions and ranks then become known about equally
+    /// well.
     const PATH_PER_SPHERE: f64 = 0.12;
 
     pub(crate) fn new(arguments: &Arguments, session: &Session) -> Result<Self, Failure> {

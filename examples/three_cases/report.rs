@@ -127,7 +127,8 @@ pub(crate) struct Report {
     pub(crate) warnings: Vec<String>,
     /// Second half of the measurement minus the first, mean over the replicas.
     pub(crate) drift: Option<Estimate>,
-    /// Packing fraction from the base up to where the bulk begins: mean over the layers at the wall.
+    /// Packing fraction from the base up to where the bulk begins: mean over the layers at the
+    /// wall.
     pub(crate) low_packing_fraction: f64,
     pub(crate) low_packing_fraction_theory: f64,
     pub(crate) busy: Duration,
@@ -209,7 +210,8 @@ impl Report {
         self.bins.iter().filter(|bin| bin.is_bulk())
     }
 
-    /// Of all Z, by a route, the mean square of the deviation from an equation of state in standard errors, and the largest.
+    /// Of all Z, by a route, the mean square of the deviation from an equation of state in standard
+    /// errors, and the largest.
     pub(crate) fn pulls(
         &self,
         equation: &dyn EquationOfState,

@@ -7,12 +7,14 @@ use std::fmt::Debug;
 
 /// Something whose state a checkpoint keeps.
 ///
-/// One method both writes and reads, as the [`Archive`] says, so the two cannot disagree. It names what changes during a
-/// run. What the constructor makes (bins, tables, closures) is not kept: a run goes on in an object that the same code has
-/// made anew, and whose numbers are then overwritten.
+/// One method both writes and reads, as the [`Archive`] says, so the two cannot disagree. It names
+/// what changes during a run. What the constructor makes (bins, tables, closures) is not kept: a
+/// run goes on in an object that the same code has made anew, and whose numbers are then
+/// overwritten.
 ///
-/// All ready observers are, but for [`ObserverFn`](crate::ObserverFn); so are tuples of them, [`Every`](crate::Every),
-/// `Option`, `Vec`, `Box` and `&mut`. One of your own takes a line for each number:
+/// All ready observers are, but for [`ObserverFn`](crate::ObserverFn); so are tuples of them,
+/// [`Every`](crate::Every), `Option`, `Vec`, `Box` and `&mut`. One of your own takes a line for
+/// each number:
 ///
 /// ```
 /// use gradient_mc::checkpoint::{Archive, Persist};
@@ -39,15 +41,16 @@ use std::fmt::Debug;
 /// }
 /// ```
 ///
-/// [`Drive`](crate::drive::Drive)s and [`Adaptation`](crate::drive::Adaptation)s of your own are made part of checkpoints in
-/// the same way.
+/// [`Drive`](crate::drive::Drive)s and [`Adaptation`](crate::drive::Adaptation)s of your own are
+/// made part of checkpoints in the same way.
 #[diagnostic::on_unimplemented(
     message = "a checkpoint cannot keep `{Self}`",
     label = "its state is not known",
     note = "implement `gradient_mc::checkpoint::Persist`: one method, with a line for each number that changes during a run"
 )]
 pub trait Persist {
-    /// Writes the state or overwrites it with what was written, always the same items in the same order.
+    /// Writes the state or overwrites it with what was written, always the same items in the same
+    /// order.
     ///
     /// # Errors
     /// Those of the [`Archive`]; the object is then of no use.
@@ -56,7 +59,8 @@ pub trait Persist {
 
 /// Where state is written to, or read from: each method does either.
 ///
-/// Every item has a name, which is written too. So what was written by other code is found out, and errors say where.
+/// Every item has a name, which is written too. So what was written by other code is found out, and
+/// errors say where.
 #[derive(Debug)]
 pub struct Archive<'a> {
     direction: Direction<'a>,
@@ -141,7 +145,8 @@ impl<'a> Archive<'a> {
     /// Plain data of any length.
     ///
     /// # Errors
-    /// [`Error::CheckpointDamaged`] for what is not such data, [`Error::CheckpointMismatch`] if there is another item.
+    /// [`Error::CheckpointDamaged`] for what is not such data, [`Error::CheckpointMismatch`] if
+    /// there is another item.
     pub fn value<T: Serialize + DeserializeOwned>(
         &mut self,
         name: &'static str,
@@ -195,7 +200,8 @@ impl<'a> Archive<'a> {
         Ok(())
     }
 
-    /// Something that the code which goes on must have made again: it is compared as it prints by `{:?}`.
+    /// Something that the code which goes on must have made again: it is compared as it prints by
+    /// `{:?}`.
     ///
     /// # Errors
     /// [`Error::CheckpointMismatch`] with both if it is not the same.

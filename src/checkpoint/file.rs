@@ -114,11 +114,13 @@ fn at<T>(
 }
 
 impl Snapshot {
-    /// Writes a file that is there as a whole or not at all, whatever happens: `path.new` in the same folder, which is
-    /// synced to the disk and then renamed. A file that was there before becomes `path.previous`.
+    /// Writes a file that is there as a whole or not at all, whatever happens: `path.new` in the
+    /// same folder, which is synced to the disk and then renamed. A file that was there before
+    /// becomes `path.previous`.
     ///
     /// # Errors
-    /// [`Error::CheckpointFile`] with the path and what the system said; the files that were there are as they were.
+    /// [`Error::CheckpointFile`] with the path and what the system said; the files that were there
+    /// are as they were.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), Error> {
         let path = path.as_ref();
         let (new, previous) = (beside(path, ".new"), beside(path, ".previous"));
@@ -145,8 +147,8 @@ impl Snapshot {
     /// Reads a file that [`write`](Self::write) wrote.
     ///
     /// # Errors
-    /// [`Error::CheckpointFile`] with the path; its source is what the system said, [`Error::CheckpointDamaged`] or
-    /// [`Error::CheckpointVersion`].
+    /// [`Error::CheckpointFile`] with the path; its source is what the system said,
+    /// [`Error::CheckpointDamaged`] or [`Error::CheckpointVersion`].
     pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref();
         at(path, fs::read(path)).and_then(|bytes| at(path, Self::from_bytes(&bytes)))

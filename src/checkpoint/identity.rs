@@ -5,7 +5,8 @@ use crate::moves::Moves;
 use crate::{Error, Field, Scene, TemperatureProfile};
 use std::fmt::Write as _;
 
-/// What is simulated, and how: the scene, the potential before anything adapts it, and the moves; and the seed.
+/// What is simulated, and how: the scene, the potential before anything adapts it, and the moves;
+/// and the seed.
 #[derive(Debug, Clone)]
 pub(crate) struct Identity {
     pub(super) seed: u64,

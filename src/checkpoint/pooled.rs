@@ -7,11 +7,12 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> SimulationBuilder<F, T, S> {
-    /// What the observers of several runs of what this makes have seen, read from their checkpoints and
-    /// [merged](Merge) in this order: replicas that were run by other processes or on other machines. `observer` is one that has
-    /// seen nothing, made as theirs.
+    /// What the observers of several runs of what this makes have seen, read from their checkpoints
+    /// and [merged](Merge) in this order: replicas that were run by other processes or on other
+    /// machines. `observer` is one that has seen nothing, made as theirs.
     ///
-    /// The result is that of [`Replicas`](crate::Replicas) in one process, to the last bit. A run need not be finished.
+    /// The result is that of [`Replicas`](crate::Replicas) in one process, to the last bit. A run
+    /// need not be finished.
     ///
     /// ```
     /// use gradient_mc::checkpoint::Run;
@@ -32,9 +33,10 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> SimulationBuilder<F, T, S
     /// ```
     ///
     /// # Errors
-    /// [`Error::CheckpointFile`] with the path of the first file that does not belong to the others; its source says why: it
-    /// cannot be read, is damaged, of another scene, scheme, moves or observer, or was not yet measured.
-    /// [`Error::SameSeed`] if two are of one seed, [`Error::TooFewObservations`] if there is no file.
+    /// [`Error::CheckpointFile`] with the path of the first file that does not belong to the
+    /// others; its source says why: it cannot be read, is damaged, of another scene, scheme,
+    /// moves or observer, or was not yet measured. [`Error::SameSeed`] if two are of one seed,
+    /// [`Error::TooFewObservations`] if there is no file.
     pub fn pooled<O: Persist + Merge + Clone>(
         self,
         paths: impl IntoIterator<Item = impl AsRef<Path>>,

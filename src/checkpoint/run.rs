@@ -12,11 +12,11 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// A long run in one call: it equilibrates, measures, writes a checkpoint every few minutes, ends when it is told to, and
-/// goes on where it was when the same call is made again.
+/// A long run in one call: it equilibrates, measures, writes a checkpoint every few minutes, ends
+/// when it is told to, and goes on where it was when the same call is made again.
 ///
-/// The outcome is the same to the last bit however often it was interrupted. More is measured if the same call is made
-/// with more sweeps of production.
+/// The outcome is the same to the last bit however often it was interrupted. More is measured if
+/// the same call is made with more sweeps of production.
 ///
 /// ```
 /// use gradient_mc::checkpoint::Run;
@@ -64,7 +64,8 @@ pub struct Progress<'a> {
     pub began: u64,
     /// Since this call began.
     pub elapsed: Duration,
-    /// Why the last checkpoint could not be written, if it could not: the run goes on, and tries again.
+    /// Why the last checkpoint could not be written, if it could not: the run goes on, and tries
+    /// again.
     pub unsaved: Option<&'a Error>,
 }
 
@@ -134,8 +135,8 @@ impl<O> fmt::Debug for Run<'_, O> {
 }
 
 impl<'a, O> Run<'a, O> {
-    /// A run of so many sweeps of `equilibration` and of `production`, with its checkpoint at `path`, in a folder that is
-    /// made if there is none.
+    /// A run of so many sweeps of `equilibration` and of `production`, with its checkpoint at
+    /// `path`, in a folder that is made if there is none.
     #[must_use]
     pub fn new(path: impl AsRef<Path>, equilibration: u64, production: u64) -> Self {
         Self {
@@ -157,30 +158,33 @@ impl<'a, O> Run<'a, O> {
         Self { observes_equilibration: true, ..self }
     }
 
-    /// Time between checkpoints; ten minutes by default. One more is written at the beginning and at the end.
+    /// Time between checkpoints; ten minutes by default. One more is written at the beginning and
+    /// at the end.
     #[must_use]
     pub fn checkpoint_every(self, interval: Duration) -> Self {
         Self { between_checkpoints: interval, ..self }
     }
 
-    /// Ends after the sweep in which so much time is over, as of this call. Leave room for one sweep and one checkpoint.
+    /// Ends after the sweep in which so much time is over, as of this call. Leave room for one
+    /// sweep and one checkpoint.
     #[must_use]
     pub fn time_limit(self, limit: Duration) -> Self {
         Self { limit: Some(limit), ..self }
     }
 
-    /// Ends after the sweep in which this becomes true: by another thread, or by a signal (`Signals`, with the feature
-    /// `signals`).
+    /// Ends after the sweep in which this becomes true: by another thread, or by a signal
+    /// (`Signals`, with the feature `signals`).
     #[must_use]
     pub fn stop_on(self, stop: &'a AtomicBool) -> Self {
         Self { stop: Some(stop), ..self }
     }
 
-    /// Ends before all sweeps of production are done if `reached` says so of the observer: of a standard error, say. It is
-    /// asked eight times while the number of sweeps doubles, always at the same sweeps, from the sixteenth on.
+    /// Ends before all sweeps of production are done if `reached` says so of the observer: of a
+    /// standard error, say. It is asked eight times while the number of sweeps doubles, always
+    /// at the same sweeps, from the sixteenth on.
     ///
-    /// Errors of few data are uncertain themselves, and a run that stops at the first that is small enough favors those that
-    /// are too small: ask for enough data as well.
+    /// Errors of few data are uncertain themselves, and a run that stops at the first that is small
+    /// enough favors those that are too small: ask for enough data as well.
     #[must_use]
     pub fn until(self, reached: impl Fn(&O) -> bool + 'a) -> Self {
         Self { reached: Some(Box::new(reached)), ..self }
@@ -192,14 +196,15 @@ impl<'a, O> Run<'a, O> {
         Self { progress: Some(Box::new(show)), ..self }
     }
 
-    /// Does it, with an observer that looks at production: from the start, or from the checkpoint if there is one. If that is
-    /// damaged or gone, from the one before.
+    /// Does it, with an observer that looks at production: from the start, or from the checkpoint
+    /// if there is one. If that is damaged or gone, from the one before.
     ///
     /// # Errors
-    /// Those of building, resuming and running; [`Error::CheckpointFile`] if the first or the last checkpoint cannot be
-    /// written, or if another process has the run (its source is then an [`io::Error`] of the kind
-    /// [`WouldBlock`](io::ErrorKind::WouldBlock); `path.lock` is the file that is locked). A checkpoint in between may fail: the
-    /// run goes on, and [`Progress::unsaved`] tells. The last one that was written is intact in any case.
+    /// Those of building, resuming and running; [`Error::CheckpointFile`] if the first or the last
+    /// checkpoint cannot be written, or if another process has the run (its source is then an
+    /// [`io::Error`] of the kind [`WouldBlock`](io::ErrorKind::WouldBlock); `path.lock` is the
+    /// file that is locked). A checkpoint in between may fail: the run goes on, and
+    /// [`Progress::unsaved`] tells. The last one that was written is intact in any case.
     pub fn of<F, T, S>(
         self,
         builder: SimulationBuilder<F, T, S>,
@@ -221,10 +226,12 @@ impl<'a, O> Run<'a, O> {
         Ok((simulation, ended))
     }
 
-    /// Does it with a simulation that other runs have brought to where it is: one stage of several, each with its own path. It
-    /// goes on with production, if it was there and nothing is to be equilibrated.
+    /// Does it with a simulation that other runs have brought to where it is: one stage of several,
+    /// each with its own path. It goes on with production, if it was there and nothing is to be
+    /// equilibrated.
     ///
-    /// A program that makes all its stages again, from the first, goes on in the one that was interrupted; those before are read.
+    /// A program that makes all its stages again, from the first, goes on in the one that was
+    /// interrupted; those before are read.
     ///
     /// ```
     /// use gradient_mc::checkpoint::Run;
@@ -242,7 +249,8 @@ impl<'a, O> Run<'a, O> {
     /// ```
     ///
     /// # Errors
-    /// As [`of`](Self::of); if the checkpoint cannot be read, the simulation is of no use afterwards.
+    /// As [`of`](Self::of); if the checkpoint cannot be read, the simulation is of no use
+    /// afterwards.
     pub fn on<F, T, S>(self, simulation: &mut Simulation<F, T, S>, observer: &mut O) -> Result<Ended, Error>
     where
         F: Field,
@@ -409,8 +417,8 @@ impl<'a, O> Run<'a, O> {
     }
 }
 
-/// Whether it is asked after so many sweeps of production if a target is reached: at eight places, evenly spaced, between a
-/// number and twice that.
+/// Whether it is asked after so many sweeps of production if a target is reached: at eight places,
+/// evenly spaced, between a number and twice that.
 fn is_due(sweeps: u64) -> bool {
     sweeps
         .checked_ilog2()

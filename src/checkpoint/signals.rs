@@ -8,10 +8,11 @@ use signal_hook::flag;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Whether the process was told to stop: by SIGINT (Ctrl-C), SIGTERM, SIGHUP or SIGUSR1, which queues can be told to send
-/// some time before the end. For [`Run::stop_on`](super::Run::stop_on).
+/// Whether the process was told to stop: by SIGINT (Ctrl-C), SIGTERM, SIGHUP or SIGUSR1, which
+/// queues can be told to send some time before the end. For [`Run::stop_on`](super::Run::stop_on).
 ///
-/// A second SIGINT ends the process at once, with exit code 130; checkpoints that were written are intact.
+/// A second SIGINT ends the process at once, with exit code 130; checkpoints that were written are
+/// intact.
 ///
 /// ```
 /// use gradient_mc::checkpoint::Signals;

@@ -5,7 +5,8 @@ use super::{Archive, Identity, Persist};
 use crate::Error;
 use std::fmt;
 
-/// All that a run has become, as plain data: what [`Simulation::snapshot`](crate::Simulation::snapshot) takes and
+/// All that a run has become, as plain data: what
+/// [`Simulation::snapshot`](crate::Simulation::snapshot) takes and
 /// [`SimulationBuilder::resume`](crate::SimulationBuilder::resume) goes on from.
 ///
 /// Two that are equal are of runs that are the same to the last bit.
@@ -113,7 +114,8 @@ impl Snapshot {
         writer.finish()
     }
 
-    /// Reads what [`to_bytes`](Self::to_bytes) wrote. Whether it fits a simulation shows when that goes on.
+    /// Reads what [`to_bytes`](Self::to_bytes) wrote. Whether it fits a simulation shows when that
+    /// goes on.
     ///
     /// # Errors
     /// [`Error::CheckpointDamaged`], [`Error::CheckpointVersion`].

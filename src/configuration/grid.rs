@@ -18,8 +18,8 @@ pub(super) struct Neighbor {
 
 /// How a slab is cut into cells.
 ///
-/// In a layer they form a table with a margin of one cell all around, which repeats what is at the other end:
-/// so the neighbors of a cell have the same distances in the table everywhere.
+/// In a layer they form a table with a margin of one cell all around, which repeats what is at the
+/// other end: so the neighbors of a cell have the same distances in the table everywhere.
 #[derive(Debug, Clone)]
 pub(crate) struct Grid {
     /// Cells along x, y, z.
@@ -203,7 +203,8 @@ impl Grid {
         [0, 1, 2, 3].map(|corner| rows[corner / 2] * self.row() + columns[corner % 2])
     }
 
-    /// The nine cells around and including one; not those in the margin, but the ones repeated there.
+    /// The nine cells around and including one; not those in the margin, but the ones repeated
+    /// there.
     #[cold]
     pub(super) fn repeated_neighbors(&self, cell: usize) -> [usize; 9] {
         let around = |index: usize, cells: usize| {
@@ -216,8 +217,8 @@ impl Grid {
 
     /// Squared distance in double precision: what decides.
     ///
-    /// Absolute differences first: then it is the same to the last bit whichever of the two spheres is
-    /// being moved.
+    /// Absolute differences first: then it is the same to the last bit whichever of the two spheres
+    /// is being moved.
     #[inline]
     pub(super) fn squared_distance(&self, a: [f64; 3], b: [f64; 3]) -> f64 {
         let dx = a[0] - b[0];

@@ -58,8 +58,8 @@ impl Layer {
         }
     }
 
-    /// What stands for a sphere in a page: different from that of every sphere in this layer, the two
-    /// before and the one after.
+    /// What stands for a sphere in a page: different from that of every sphere in this layer, the
+    /// two before and the one after.
     #[inline]
     pub(crate) fn occupant(&self, index: u32) -> u32 {
         index << 2 | self.tag
@@ -232,7 +232,8 @@ impl Layer {
 }
 
 impl Layer {
-    /// Puts spheres and pages into the order of their cells, so that what lies together is kept together.
+    /// Puts spheres and pages into the order of their cells, so that what lies together is kept
+    /// together.
     pub(super) fn sort(&mut self, grid: &Grid) {
         // Gaps go to the end; numbers make the order unique.
         self.spheres.sort_unstable_by_key(|sphere| {

@@ -1,9 +1,10 @@
 //! The spheres, and the invariants that every move keeps: no two overlap, all are inside.
 //!
-//! Space is cut into cells of about one diameter. All cells at one height form a [`Layer`], which owns its
-//! spheres: so layers far from each other can be changed at the same time, and what a trial reads lies together. A
-//! sphere has a position in double precision, which decides; a copy in single precision, relative to its cell, finds out
-//! quickly which pairs need no decision ([`Probe`]).
+//! Space is cut into cells of about one diameter. All cells at one height form a [`Layer`], which
+//! owns its spheres: so layers far from each other can be changed at the same time, and what a
+//! trial reads lies together. A sphere has a position in double precision, which decides; a copy in
+//! single precision, relative to its cell, finds out quickly which pairs need no decision
+//! ([`Probe`]).
 
 mod grid;
 mod layer;
@@ -153,7 +154,8 @@ impl Configuration {
         (&self.grid, &mut self.layers)
     }
 
-    /// Puts spheres that lie together together in memory; those in large systems drift apart otherwise.
+    /// Puts spheres that lie together together in memory; those in large systems drift apart
+    /// otherwise.
     pub(crate) fn sort(&mut self) {
         for layer in &mut self.layers {
             layer.sort(&self.grid);
@@ -200,7 +202,8 @@ impl Configuration {
     }
 }
 
-/// No layer has more spheres at any time: close packing of centers in it and half a diameter on both sides.
+/// No layer has more spheres at any time: close packing of centers in it and half a diameter on
+/// both sides.
 fn most_in_a_layer(slab: &Slab, grid: &Grid) -> usize {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let most = (slab.base_area() * (grid.sides[0] + 1.0) * std::f64::consts::SQRT_2) as usize;

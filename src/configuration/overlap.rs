@@ -8,10 +8,10 @@ use wide::{f32x4, u32x4};
 
 /// Bound on the error of a squared distance in single precision, near one.
 ///
-/// Sides are below 1.5, so a coordinate relative to a cell, that of a corner, and the difference from a page's are
-/// off by at most 2⁻²⁴ each, and one relative to a neighboring cell by 2⁻²³ more: 6·2⁻²⁴ along each axis,
-/// the rounding of double precision included. In the square this is 2√3·6·2⁻²⁴, and its own rounding adds
-/// 3·2⁻²⁴: less than 24·2⁻²⁴, a third of what is allowed for.
+/// Sides are below 1.5, so a coordinate relative to a cell, that of a corner, and the difference
+/// from a page's are off by at most 2⁻²⁴ each, and one relative to a neighboring cell by 2⁻²³ more:
+/// 6·2⁻²⁴ along each axis, the rounding of double precision included. In the square this is
+/// 2√3·6·2⁻²⁴, and its own rounding adds 3·2⁻²⁴: less than 24·2⁻²⁴, a third of what is allowed for.
 const ROUNDING: f32 = 1.0 / (1 << 18) as f32;
 /// Below it spheres overlap for certain.
 const CERTAIN: f32x4 = f32x4::new([1.0 - ROUNDING; SLOTS]);
@@ -28,8 +28,9 @@ pub(crate) struct Probe {
     pub(crate) candidates: u64,
 }
 
-/// The cells that a sphere in a part of a cell has to be compared with if it has come there in the direction of
-/// `octant`, the likeliest first. `layers` are those before, at and after it, here and in all that follows.
+/// The cells that a sphere in a part of a cell has to be compared with if it has come there in the
+/// direction of `octant`, the likeliest first. `layers` are those before, at and after it, here and
+/// in all that follows.
 #[inline]
 pub(crate) fn occupied_in_reach(grid: &Grid, layers: &[Layer], cell: u32, part: u32, octant: usize) -> u64 {
     let nearby = |layer: usize| u64::from(layers[layer].nearby[cell as usize]) << (9 * layer);
@@ -74,10 +75,10 @@ impl Probe {
         Middle { coordinates: self.site.relative.map(f32x4::splat), ignored: u32x4::splat(self.ignored) }
     }
 
-    /// Visits the next `VISITS` cells without a branch, and says whether an overlap is certain, and which cells are
-    /// left. What it cannot decide, it leaves to [`overlaps`](Self::overlaps).
-    // A probe handed over in memory would be read in other pieces than it was written in, and wait for that: an eighth
-    // of the speed of a dense sweep.
+    /// Visits the next `VISITS` cells without a branch, and says whether an overlap is certain, and
+    /// which cells are left. What it cannot decide, it leaves to [`overlaps`](Self::overlaps).
+    // A probe handed over in memory would be read in other pieces than it was written in, and wait for that:
+    // an eighth of the speed of a dense sweep.
     #[inline(always)]
     // Both sides always: a condition is cheaper than a branch.
     #[allow(clippy::inline_always, clippy::needless_bitwise_bool)]

@@ -8,13 +8,14 @@ pub(super) const SLOTS: usize = 4;
 pub(crate) const NOBODY: u32 = u32::MAX;
 /// All slots of a page, one bit for each.
 const ALL: u32 = (1 << SLOTS) - 1;
-/// Coordinate of an empty slot: out of reach of every sphere, so that a page is always tested whole.
+/// Coordinate of an empty slot: out of reach of every sphere, so that a page is always tested
+/// whole.
 pub(super) const NOWHERE: f32 = 1e9;
 
 /// Some of the spheres of one cell: one line of the cache.
 ///
-/// Coordinates are relative to the cell and in single precision. They only tell which pairs are clear of
-/// each other, which overlap, and which have to be decided in double precision.
+/// Coordinates are relative to the cell and in single precision. They only tell which pairs are
+/// clear of each other, which overlap, and which have to be decided in double precision.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 pub(super) struct Page {

@@ -21,8 +21,9 @@ type Row = [u8x16; 2];
 
 /// The cells that come within one diameter of a part of a cell.
 ///
-/// The squared distance is a sum of a term for each axis. The terms of all 27 cells for a part along one axis are a row of
-/// bytes, rounded down: so a sum of three rows tells about all cells at once, and parts can be small though the table is.
+/// The squared distance is a sum of a term for each axis. The terms of all 27 cells for a part
+/// along one axis are a row of bytes, rounded down: so a sum of three rows tells about all cells at
+/// once, and parts can be small though the table is.
 #[derive(Debug, Clone)]
 pub(super) struct Reach {
     squared_gaps: Box<[[Row; PARTS]; 3]>,
@@ -67,8 +68,8 @@ impl Reach {
         (x % parts * parts + y % parts) * parts + z % parts
     }
 
-    /// The cells in reach of a part: in the low half the likeliest to be run into by a sphere that comes there in the
-    /// direction of `octant`, in the high half the others.
+    /// The cells in reach of a part: in the low half the likeliest to be run into by a sphere that
+    /// comes there in the direction of `octant`, in the high half the others.
     #[inline]
     pub(super) fn cells(&self, part: u32, octant: usize) -> u64 {
         let part = part as usize;

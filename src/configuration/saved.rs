@@ -6,8 +6,8 @@ use super::{Configuration, Grid, most_in_a_layer};
 use crate::Error;
 use crate::checkpoint::Archive;
 
-/// A layer as it is kept: moves pick spheres by their place in it, and a gap is filled by the next sphere that comes, so both
-/// are state. Cells and pages follow from positions.
+/// A layer as it is kept: moves pick spheres by their place in it, and a gap is filled by the next
+/// sphere that comes, so both are state. Cells and pages follow from positions.
 #[derive(Default, serde::Serialize, serde::Deserialize)]
 struct SavedLayer {
     /// One more than the number of the sphere in each place; 0 in a gap.
@@ -52,7 +52,8 @@ impl Configuration {
         }
     }
 
-    /// Fills an empty layer; nothing if it cannot be so. `found` tells which spheres there have been.
+    /// Fills an empty layer; nothing if it cannot be so. `found` tells which spheres there have
+    /// been.
     fn restore(&mut self, number: usize, saved: &SavedLayer, found: &mut [bool]) -> Option<()> {
         /// In a gap of which it is not known when it is filled.
         const UNLISTED: u32 = NOBODY - 1;

@@ -6,8 +6,7 @@ use super::page::{NOWHERE, SLOTS};
 use super::*;
 use proptest::prelude::*;
 
-/// Periodic widths whose division into cells is easy to get wrong: exactly three cells, sides far above
-/// one diameter, integers, and integers missed by rounding.
+/// Periodic widths whose division into cells is easy to get wrong.
 const WIDTHS: [f64; 10] =
     [3.0, 3.000_000_000_000_000_4, 3.5, 3.99, 4.0, 4.000_000_000_000_001, 4.000_000_1, 5.2, 7.0, 16.3];
 const HEIGHTS: [f64; 9] = [2.0, 2.5, 2.99, 3.0, 3.000_000_000_000_000_4, 3.99, 4.0, 5.2, 23.7];

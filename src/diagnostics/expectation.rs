@@ -20,7 +20,8 @@ impl Expectation {
     const FEWEST_SPHERES: usize = 64;
     /// The center of mass of every healthy column here lies within a third of this of the theory's.
     const TOLERANCE: f64 = 0.03;
-    /// A deviation of more standard errors than this is no accident, even if they are underestimated by half.
+    /// A deviation of more standard errors than this is no accident, even if they are
+    /// underestimated by half.
     const SIGNIFICANT: f64 = 6.0;
 
     pub(super) fn new<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>) -> Result<Self, Error> {
@@ -39,12 +40,14 @@ impl Expectation {
         &self.profile
     }
 
-    /// Variance of the height of the center of mass in equilibrium in the field that makes this density.
+    /// Variance of the height of the center of mass in equilibrium in the field that makes this
+    /// density.
     ///
-    /// It is the response to a uniform field: Var(h) = −(1/N) dh/dε for a reduced potential u + εx, whatever u is. With
-    /// a local equation of state δn = nχ (δμ − εx), where χ = 1/(Z + dZ/d ln η) and δμ keeps the number of spheres, so
-    /// N Var(h) is the mean of χ(x − x̄)² over spheres, about x̄ with weights χ. For an isothermal column in a uniform
-    /// field this is the sum rule Var(h) = (T²/N) dh/dT.
+    /// It is the response to a uniform field: Var(h) = −(1/N) dh/dε for a reduced potential u + εx,
+    /// whatever u is. With a local equation of state δn = nχ (δμ − εx), where χ = 1/(Z + dZ/d
+    /// ln η) and δμ keeps the number of spheres, so N Var(h) is the mean of χ(x − x̄)² over
+    /// spheres, about x̄ with weights χ. For an isothermal column in a uniform field this is the
+    /// sum rule Var(h) = (T²/N) dh/dT.
     pub(super) fn variance(&self) -> f64 {
         let (mut zeroth, mut first, mut second) = (0.0, 0.0, 0.0);
         for part in 0..Self::PARTS {
@@ -80,8 +83,8 @@ impl Expectation {
 
     /// What can be said before the first sweep.
     pub(super) fn of_the_scene<F, T: TemperatureProfile>(&self, scene: &Scene<F, T>) -> Vec<Warning> {
-        // An isothermal simulation is exact whatever the gradient; with a temperature that varies, P = n T Z(η) at
-        // every height is what is meant by the scene.
+        // An isothermal simulation is exact whatever the gradient; with a temperature that varies, P = n T
+        // Z(η) at every height is what is meant by the scene.
         let slab = scene.slab();
         let varies = temperature::constant(scene.temperature(), slab).is_none();
         let concerns_simulation = |warning: &Warning| match warning {

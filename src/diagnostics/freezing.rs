@@ -5,22 +5,24 @@ use crate::equation_of_state::{EquationOfState, FREEZING, FluidSolid, SpeedySoli
 use crate::monitor::Monitor;
 use crate::{Field, HydrostaticProfile, Scene, TemperatureProfile, Wall, Warning};
 
-/// Nothing is said of a column whose largest P/T is within 1 % of coexistence: it freezes slowly, or not at all.
+/// Nothing is said of a column whose largest P/T is within 1 % of coexistence: it freezes slowly,
+/// or not at all.
 const MARGIN: f64 = 1.01;
 /// A band at least so far above freezing is not there by chance.
 const DENSITY_MARGIN: f64 = 0.005;
 /// A thinner layer beyond freezing does not matter.
 const THINNEST: f64 = 1.0;
-/// Spheres per area of a layer that freezes, as hard discs do (doi:10.1103/PhysRevLett.107.155704). Fewer that are cold lie on
-/// the wall as a gas, whatever the weight per area over T.
+/// Spheres per area of a layer that freezes, as hard discs do (doi:10.1103/PhysRevLett.107.155704).
+/// Fewer that are cold lie on the wall as a gas, whatever the weight per area over T.
 pub(crate) const LEAST_LAYER: f64 = 0.89;
 /// Layers at a wall are not averaged out in bands that are closer to it.
 const LAYERED: f64 = 4.0;
-/// An elastic energy of ½ · 50 T/d³ · strain² then lowers P of coexistence by some 2 %, and a crystal is as much denser
-/// or thinner as its own compressibility allows.
+/// An elastic energy of ½ · 50 T/d³ · strain² then lowers P of coexistence by some 2 %, and a
+/// crystal is as much denser or thinner as its own compressibility allows.
 const LARGEST_STRAIN: f64 = 0.02;
 
-/// Judges pressures from the weight of the measured column, which layers do not disturb, and densities.
+/// Judges pressures from the weight of the measured column, which layers do not disturb, and
+/// densities.
 pub(super) fn warnings<F: Field, T: TemperatureProfile>(
     scene: &Scene<F, T>,
     monitor: &Monitor,

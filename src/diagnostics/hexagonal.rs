@@ -7,12 +7,15 @@ fn vector(m: f64, n: f64) -> [f64; 2] {
     [m + 0.5 * n, 0.75_f64.sqrt() * n]
 }
 
-/// The smallest strain with which a hexagonal lattice of unit spacing becomes periodic in a rectangle of these sides.
+/// The smallest strain with which a hexagonal lattice of unit spacing becomes periodic in a
+/// rectangle of these sides.
 ///
-/// Of all pairs of lattice vectors that can be turned and strained into the two sides, the one whose larger principal
-/// strain is the smallest. Rows along a side are one case: then the other side has a whole even number of rows.
+/// Of all pairs of lattice vectors that can be turned and strained into the two sides, the one
+/// whose larger principal strain is the smallest. Rows along a side are one case: then the other
+/// side has a whole even number of rows.
 pub(super) fn smallest_strain(sides: [f64; 2]) -> f64 {
-    // Larger strains are of no interest, and beyond this width there always is a pair with a smaller one.
+    // Larger strains are of no interest, and beyond this width there always is a pair with a smaller
+    // one.
     const LARGEST: f64 = 0.15;
     const WIDEST: f64 = 60.0;
     let [length, width] = sides;

@@ -13,8 +13,8 @@ pub(super) struct Mixing<'a> {
     slowest: (Quantity, f64),
 }
 
-/// The part of which a run has seen the fewest independent configurations, and how many. Series that never
-/// change, other than that of the center of mass, have no memory.
+/// The part of which a run has seen the fewest independent configurations, and how many. Series
+/// that never change, other than that of the center of mass, have no memory.
 pub(crate) fn slowest(monitor: &Monitor) -> (Quantity, f64) {
     let changes = |series: &Vec<f64>| series.windows(2).any(|pair| (pair[0] - pair[1]).abs() > 0.0);
     monitor
@@ -29,22 +29,23 @@ pub(crate) fn slowest(monitor: &Monitor) -> (Quantity, f64) {
 impl<'a> Mixing<'a> {
     /// A drift of more standard errors than this is no accident.
     const LARGEST_DRIFT: f64 = 4.0;
-    /// Nor does one below this many standard deviations of an equilibrium configuration matter: the error bar of a run
-    /// that has seen a few independent ones is as large.
+    /// Nor does one below this many standard deviations of an equilibrium configuration matter: the
+    /// error bar of a run that has seen a few independent ones is as large.
     const SMALLEST_DRIFT: f64 = 0.75;
     /// Sixteen independent numbers have a smaller part of their variance once in a thousand runs.
     const QUIETEST: f64 = 0.25;
 
-    /// A beginning that is nearer to the rest than so many standard deviations of an equilibrium configuration shifts the
-    /// mean by a quarter of one at most.
+    /// A beginning that is nearer to the rest than so many standard deviations of an equilibrium
+    /// configuration shifts the mean by a quarter of one at most.
     const SMALLEST_SHIFT: f64 = 2.0;
 
     pub(super) fn new(monitor: &'a Monitor, required_variance: Option<f64>) -> Self {
         Self { series: monitor.center_of_mass(), required_variance, slowest: slowest(monitor) }
     }
 
-    /// Height of the center of mass, with an error that is not widened, so that a column that moves is seen
-    /// to be far from where it should be; the error is NaN if the series is too short for one.
+    /// Height of the center of mass, with an error that is not widened, so that a column that moves
+    /// is seen to be far from where it should be; the error is NaN if the series is too short
+    /// for one.
     pub(super) fn center_of_mass(&self) -> Estimate {
         plateau(self.series).unwrap_or(Estimate::new(f64::NAN, f64::NAN))
     }
@@ -55,8 +56,9 @@ impl<'a> Mixing<'a> {
         self.series.iter().map(|height| (height - mean) * (height - mean)).sum::<f64>() / count
     }
 
-    /// The mean of the first eighth of the series less that of its second half, with the error that equilibrium allows: the
-    /// first eighth holds a quarter as many independent configurations as the second half, one at least.
+    /// The mean of the first eighth of the series less that of its second half, with the error that
+    /// equilibrium allows: the first eighth holds a quarter as many independent configurations
+    /// as the second half, one at least.
     fn shift(&self) -> Estimate {
         let (eighth, half) = (&self.series[..self.series.len() / 8], &self.series[self.series.len() / 2..]);
         let rest = Mixing { series: half, ..*self };
@@ -105,8 +107,8 @@ mod tests {
         Mixing { series, required_variance: Some(required), slowest }
     }
 
-    /// Parts of 1000 stationary series, with a memory such that they hold `size` independent numbers, of which there is
-    /// any warning, and one of a drift.
+    /// Parts of 1000 stationary series, with a memory such that they hold `size` independent
+    /// numbers, of which there is any warning, and one of a drift.
     fn warned_of(length: usize, size: f64, required: f64) -> [f64; 2] {
         const SERIES: u64 = 1000;
         let memory = libm::exp(-2.0 * size / length as f64);
@@ -130,8 +132,9 @@ mod tests {
             assert!(warned_of(length, 10.0, 1.0)[0] < 0.06);
             let [any, drift] = warned_of(length, 64.0, 1.0);
             assert!(any < 0.02 && drift < 0.005, "{any} {drift}");
-            // Quieter than equilibrium by a factor of eight, twice what is allowed: always, though the series looks like
-            // many numbers, whose variance scatters by 18 %. By a factor of two: no more often than otherwise.
+            // Quieter than equilibrium by a factor of eight, twice what is allowed: always, though the series
+            // looks like many numbers, whose variance scatters by 18 %. By a factor of two: no
+            // more often than otherwise.
             assert!(warned_of(length, 64.0, 8.0)[0] > 0.99);
             assert!(warned_of(length, 64.0, 2.0)[0] < 0.02);
         }
@@ -139,7 +142,8 @@ mod tests {
         assert!(warned_of(32, 16.0, 1.0)[1] < 0.01);
     }
 
-    /// A start that relaxes within the first tenth is warned of, though halves and memory look right.
+    /// A start that relaxes within the first tenth is warned of, though halves and memory look
+    /// right.
     #[test]
     fn a_start_that_relaxes_is_warned_of() {
         for seed in 0..20 {

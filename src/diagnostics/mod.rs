@@ -1,4 +1,5 @@
-//! What the notes of a run, its scene and the theory of it say against the run: one file for each kind of doubt.
+//! What the notes of a run, its scene and the theory of it say against the run: one file for each
+//! kind of doubt.
 //!
 //! Notes, scene and theory go in, warnings come out; no judgment knows of another.
 
@@ -33,7 +34,8 @@ pub(crate) struct Case<'a, F, T, D, A> {
 }
 
 impl<F: Field, T: TemperatureProfile, D: Drive<F, T>, A: Adaptation<D>> Case<'_, F, T, D, A> {
-    /// Fewest sweeps of production from which anything is concluded: half of them have sixteen numbers of the series.
+    /// Fewest sweeps of production from which anything is concluded: half of them have sixteen
+    /// numbers of the series.
     const FEWEST_SWEEPS: u64 = 32 * Monitor::FIRST_INTERVAL;
 
     pub(crate) fn warnings(&self) -> Vec<Warning> {

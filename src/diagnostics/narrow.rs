@@ -3,9 +3,9 @@
 use crate::equation_of_state::packing_fraction;
 use crate::{HydrostaticProfile, Scene, Warning};
 
-/// Measured at T = 2.5 with 20 spheres per area, 0.45 at the base: in a box 3 diameters across the center of mass is low by
-/// 0.15(3) of 14.1; at 3.5, 4, 5, 6 and 8 it is where the theory has it, within 0.03. At packing fraction 0.37 it is so
-/// at 3 as well, within 0.05 of 18.
+/// Measured at T = 2.5 with 20 spheres per area, 0.45 at the base: in a box 3 diameters across the
+/// center of mass is low by 0.15(3) of 14.1; at 3.5, 4, 5, 6 and 8 it is where the theory has it,
+/// within 0.03. At packing fraction 0.37 it is so at 3 as well, within 0.05 of 18.
 const NARROWEST: f64 = 3.5;
 const DENSE: f64 = 0.4;
 

@@ -77,7 +77,8 @@ pub trait Adaptation<P>: Observer + Send + Sync {
         false
     }
 
-    /// How much of the potential in force was measured; by default it is not known. Certificates state it.
+    /// How much of the potential in force was measured; by default it is not known. Certificates
+    /// state it.
     fn measured_share(&self) -> Option<MeasuredShare> {
         None
     }

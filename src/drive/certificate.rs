@@ -9,20 +9,22 @@ use crate::statistics::{BlockAverages, Estimate, FEWEST_INDEPENDENT, drift, inde
 use crate::{Error, Merge, TemperatureProfile, Wall};
 use std::fmt;
 
-/// Both sides of the sum rule that the effective field must fulfil, from the production run of a mapped scene.
+/// Both sides of the sum rule that the effective field must fulfil, recorded in the production run
+/// of a mapped scene.
 ///
-/// In the isothermal system that a run really simulates, the pressure over temperature at height x is what its
-/// forces hold up, `P_iso(x)` = ∫ₓ n u' dx' + P(lid)/T(lid), whatever u is. It stands for the scene if it equals W(x)/T(x), the
-/// weight of the column over the temperature (eq. 24 of doi:10.1103/PhysRevE.83.061306, exact for any n(x), layers at
-/// the wall included). Both come from the same n(x), and no equation of state is involved; both
-/// start from the pressure that the field assumes at the [open end](crate::Scene::open_end), the lid if the field pulls down, which is
-/// compared with the contact density there by itself. They are recorded at the edges of bands one diameter high, from the
-/// heights of centers in contact with the walls on, every few sweeps.
+/// A run samples an isothermal system in the potential u. Its pressure over temperature at height x
+/// is what its forces hold up, `P_iso(x)` = ∫ₓ n u' dx' + P(lid)/T(lid), for any u. The run stands
+/// for the scene if this equals W(x)/T(x), the weight of the column over the temperature (eq. 24 of
+/// doi:10.1103/PhysRevE.83.061306, exact for any n(x), also in the layers at a wall). Both sides
+/// come from the same n(x) and need no equation of state. Both start from the pressure that the
+/// field assumes at the [open end](crate::Scene::open_end) (the lid if the field pulls down), which
+/// is compared with the contact density there. They are recorded every few sweeps at the edges of
+/// bands one diameter high.
 ///
-/// It tests that field and density belong together, not that the column is at rest: for that, start from both sides.
-/// It resolves no more than a band: at an edge it compares sums over everything beyond. A field that is wrong within a
-/// band, but right on the average over it, passes. Where T changes much within a band, as it does if it is steep only in the
-/// layers at a wall, P/n of narrow bins there can be off by more than 10 % in a run that is certified to 2 %.
+/// The test compares field and density. It does not show that the column is at rest: for that,
+/// start from both sides. It does not resolve what happens within a band: a field passes that is
+/// right on the average over each. Where T changes much within a band, P/n of narrow bins can be
+/// off by more than 10 % in a run that is certified to 2 %.
 #[derive(Debug, Clone)]
 pub struct ForceBalance {
     base_area: f64,
@@ -35,8 +37,8 @@ pub struct ForceBalance {
     certifiable: bool,
     /// Of the field, when production began.
     measured: Option<MeasuredShare>,
-    /// Σ u' and Σ a over the spheres of each band; contact density at the open end and pressure that the field assumes there,
-    /// both times area; height of the center of mass and its square.
+    /// Σ u' and Σ a over the spheres of each band; contact density at the open end and pressure
+    /// assumed there, both times area; height of the center of mass and its square.
     sample: Vec<f64>,
     averages: BlockAverages,
     /// Drifts of merged replicas.
@@ -46,7 +48,7 @@ pub struct ForceBalance {
 impl ForceBalance {
     /// Bands are about one diameter high; there are at most so many.
     const MOST_BANDS: f64 = 4096.0;
-    /// Heights that carry less than this part of the largest weight are too lightly loaded to be judged.
+    /// Heights that carry less than this part of the largest weight are not judged.
     const LEAST_LOAD: f64 = 0.05;
     /// A drift of more standard errors than this is no accident.
     const LARGEST_DRIFT: f64 = 4.0;
@@ -171,12 +173,13 @@ impl ForceBalance {
 
     /// What the run says about the field it was made in.
     ///
-    /// `tolerance` is the largest relative deviation of `P_iso` from W/T that is acceptable, at heights that carry at
-    /// least 5 % of the largest weight.
+    /// `tolerance` is the largest relative deviation of `P_iso` from W/T that is acceptable, at
+    /// heights that carry at least 5 % of the largest weight.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] unless the tolerance lies between 0 and 1; [`Error::TooFewObservations`] below 320
-    /// sweeps of production, of which one in five is recorded.
+    /// [`Error::InvalidParameter`] unless the tolerance lies between 0 and 1;
+    /// [`Error::TooFewObservations`] below 320 sweeps of production, of which one in five is
+    /// recorded.
     pub fn certificate(&self, tolerance: f64) -> Result<Certificate, Error> {
         let tolerance = Error::require_tolerance("tolerance of the balance of forces", tolerance)?;
         if self.observations() < Self::FEWEST_CONFIGURATIONS {
@@ -321,39 +324,36 @@ impl ForceBalancePoint {
 pub struct Certificate {
     /// The verdict.
     pub convergence: Convergence,
-    /// Height at which the residual is largest, in diameters; NaN where there is none, in an
-    /// isothermal scene.
+    /// Height at which the residual is largest, in diameters; NaN in an isothermal scene.
     pub height: f64,
     /// What was tolerated.
     pub tolerance: f64,
-    /// Height of the bands at whose edges was compared, in diameters: what changes within one is not resolved. NaN in an
-    /// isothermal scene.
+    /// Height of the bands, in diameters: NaN in an isothermal scene.
     pub resolution: f64,
     /// Largest standard error of the ratio at the heights that were judged.
     pub largest_error: f64,
-    /// Pressure on the wall at the open end by the contact density less that which the field assumes, over the largest
-    /// pressure.
+    /// Pressure on the wall at the open end by the contact density less that which the field
+    /// assumes, over the largest pressure.
     pub open_end: Estimate,
     /// Height of the center of mass, second half of the run minus first, in diameters.
     pub drift: Estimate,
     /// Number of independent configurations that would know the slowest quantity as well: of a run,
-    /// as [`MixingEvidence::FewIndependent`](crate::MixingEvidence::FewIndependent) has it; of a merged
-    /// record, the center of mass.
+    /// as [`MixingEvidence::FewIndependent`](crate::MixingEvidence::FewIndependent) has it; of a
+    /// merged record, the center of mass.
     pub effective_sample_size: f64,
-    /// How much of the field was measured, the rest being theory; nothing in an isothermal scene, or where the scheme does
-    /// not say. The verdict does not use the theory, whatever the field does. Of replicas the least.
+    /// The measured share of the field; the rest is theory. `None` in an isothermal scene, or where
+    /// the scheme does not say. The verdict does not use the theory. Of replicas, the least.
     pub measured: Option<MeasuredShare>,
 }
 
-/// The verdict of a [`Certificate`]. The residual is the largest `P_iso` T/W − 1, with sign and error.
+/// The verdict of a [`Certificate`]. The residual is the largest `P_iso` T/W − 1 with its sign.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Convergence {
-    /// The temperature is the same everywhere, so no field had to be found, and the column is at
-    /// rest.
+    /// The temperature is the same everywhere, and the column is at rest.
     Isothermal,
-    /// Field and density belong to each other within the tolerance, known to half of it (the pressure at the open end: to all of
-    /// it), and the column is at rest.
+    /// Field and density belong to each other within the tolerance, known to half of it (the
+    /// pressure at the open end: to all of it), and the column is at rest.
     #[non_exhaustive]
     Converged {
         /// Largest deviation.
@@ -433,7 +433,8 @@ impl Certificate {
         })
     }
 
-    /// Not converged if the slowest quantity of the run has seen too few independent configurations.
+    /// Not converged if the slowest quantity of the run has seen too few independent
+    /// configurations.
     pub(crate) fn mixed(mut self, independent: f64) -> Self {
         self.effective_sample_size = self.effective_sample_size.min(independent);
         if self.is_converged() && self.effective_sample_size < FEWEST_INDEPENDENT {

@@ -68,8 +68,8 @@ impl ColumnAverage {
         }
     }
 
-    /// Spheres in each bin, summed over configurations, and P A Δx in the same units: their ratio is
-    /// P/n. `end` is the pressure at the open end.
+    /// Spheres in each bin, summed over configurations, and P A Δx in the same units: their ratio
+    /// is P/n. `end` is the pressure at the open end.
     ///
     /// The weight in the middle of a bin is the mean of those at its edges, which makes
     /// n u' Δx = −Δ(P/T) hold bin by bin.
@@ -108,7 +108,8 @@ impl ColumnAverage {
         (seen * measured + imagined * prior.open_end_pressure) / (seen + imagined)
     }
 
-    /// P/n in each bin for a pressure at the open end, from what was counted and what the theory stands for: always finite.
+    /// P/n in each bin for a pressure at the open end, from what was counted and what the theory
+    /// stands for: always finite.
     pub(super) fn ratios<F, T>(&self, scene: &Scene<F, T>, width: f64, end: f64, prior: &Prior) -> Vec<f64> {
         let rows = self.counts_and_pressures(width, scene.slab().base_area(), end);
         let both = |(bin, ([count, pressure], ratio)): (usize, ([f64; 2], &f64))| {
@@ -166,7 +167,8 @@ impl Prior {
     /// A temperature that changes by more of itself within a bin is one that jumps there.
     const SUDDEN: f64 = 0.1;
 
-    /// Counted spheres per diameter of height that it stands for, at a distance from the nearest wall.
+    /// Counted spheres per diameter of height that it stands for, at a distance from the nearest
+    /// wall.
     fn weight_at(&self, distance: f64) -> f64 {
         if distance < MeasuredShare::LAYERED { Self::WEIGHT_IN_LAYERS * self.weight } else { self.weight }
     }
@@ -201,8 +203,8 @@ impl Prior {
     }
 }
 
-/// Mean of P/n with respect to 1/T between two values of it, at one pressure: where T jumps within a bin, P/n is not what
-/// it is in the middle. Nothing where the equation of state has no state.
+/// Mean of P/n with respect to 1/T between two values of it, at one pressure: where T jumps within
+/// a bin, P/n is not what it is in the middle. Nothing where the equation of state has no state.
 fn mean_over_jump(
     equation_of_state: &impl EquationOfState,
     pressure: f64,
@@ -219,10 +221,12 @@ fn mean_over_jump(
     mean.is_finite().then_some(mean)
 }
 
-/// The density of centers in contact with a wall, extrapolated from the fifth of a diameter next to it.
+/// The density of centers in contact with a wall, extrapolated from the fifth of a diameter next to
+/// it.
 ///
-/// The mean over the spheres of a weight that is orthogonal to z, z² and z³ in that range, z being the distance from
-/// contact: exact for a cubic n(z), within 0.4 % for the steepest that a fluid has (e^{−8z}).
+/// The mean over the spheres of a weight that is orthogonal to z, z² and z³ in that range, z being
+/// the distance from contact: exact for a cubic n(z), within 0.4 % for the steepest that a fluid
+/// has (e^{−8z}).
 #[derive(Debug, Clone, Copy, Default)]
 #[cfg_attr(feature = "checkpoint", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct WallContact {
@@ -232,10 +236,11 @@ pub(crate) struct WallContact {
 
 impl WallContact {
     const DEPTH: f64 = 0.2;
-    /// How much larger the variance of the extrapolated density is than that of the mean over the depth: so many times
-    /// as many spheres have to be seen for the same error.
+    /// How much larger the variance of the extrapolated density is than that of the mean over the
+    /// depth: so many times as many spheres have to be seen for the same error.
     const VARIANCE: f64 = 16.0;
-    /// Of the theory, against that elsewhere: it knows the pressure in a closed box better than the density at a height.
+    /// Of the theory, against that elsewhere: it knows the pressure in a closed box better than the
+    /// density at a height.
     const THEORY_WEIGHT: f64 = 10.0;
 
     /// Adds a sphere whose center is `distance` from contact.

@@ -1,4 +1,5 @@
-//! What the noise of counts does to an effective field that is made of them (`docs/seven_per_cent.md`).
+//! What the noise of counts does to an effective field that is made of them
+//! (`docs/seven_per_cent.md`).
 
 use crate::equation_of_state::{EquationOfState, FluidSolid, packing_fraction};
 use crate::{Error, Field, HydrostaticProfile, Scene, TemperatureProfile, Warning};
@@ -6,10 +7,12 @@ use crate::{Error, Field, HydrostaticProfile, Scene, TemperatureProfile, Warning
 /// Below this deviation of P it does not matter.
 const SMALLEST_DEVIATION: f64 = 1e-3;
 
-/// The bias of P/(nTZ) at the base of the theory profile, for moves that cross bins of this width, if there is any.
+/// The bias of P/(nTZ) at the base of the theory profile, for moves that cross bins of this width,
+/// if there is any.
 ///
-/// The gradient term of the field holds P/n. With k spheres in a bin of mean λ, it is over-weighted by b = ⟨λ/k⟩, where an
-/// empty bin counts as an ideal gas, so that P/(nTZ) = 1/(1 − (T/P) ∫ₓ (b − 1) (P/T) (−T'/T) dx').
+/// The gradient term of the field holds P/n. With k spheres in a bin of mean λ, it is over-weighted
+/// by b = ⟨λ/k⟩, where an empty bin counts as an ideal gas, so that P/(nTZ) = 1/(1 − (T/P) ∫ₓ (b −
+/// 1) (P/T) (−T'/T) dx').
 ///
 /// # Errors
 /// As [`Scene::hydrostatics`].
@@ -56,8 +59,9 @@ fn deviation<F, T: TemperatureProfile>(
     if part < 1.0 { 1.0 / (1.0 - part) - 1.0 } else { f64::INFINITY }
 }
 
-/// The mean of λ/k over Poisson counts k of mean λ, where an empty bin counts as an ideal gas, 1/Z: by how much a field that is made of
-/// counts over-weights its gradient term (`docs/seven_per_cent.md`).
+/// The mean of λ/k over Poisson counts k of mean λ, where an empty bin counts as an ideal gas, 1/Z:
+/// by how much a field that is made of counts over-weights its gradient term
+/// (`docs/seven_per_cent.md`).
 ///
 /// ```
 /// // Many spheres: 1 + 1/λ.

@@ -8,9 +8,10 @@ use crate::{Error, Field, Scene, TemperatureProfile, Wall};
 ///
 /// C(x) = ∫₀ˣ a (1/T − 1/T(0)) dx' − ∫ (P/n) d(1/T)
 ///
-/// but for a constant; exact at the edges of bins and linear between them. The bins divide the heights where centers can
-/// be: one that reached below could not tell over what range its spheres bear the weight. At constant temperature C is
-/// zero to the last bit. Between edges u' is off by at most half the bin width times u''.
+/// but for a constant; exact at the edges of bins and linear between them. The bins divide the
+/// heights where centers can be: one that reached below could not tell over what range its spheres
+/// bear the weight. At constant temperature C is zero to the last bit. Between edges u' is off by
+/// at most half the bin width times u''.
 ///
 /// As a [`Drive`] it is frozen: detailed balance is exact. An [`Adaptation`](super::Adaptation) may
 /// set it from P/n in every bin.
@@ -70,11 +71,13 @@ pub(super) fn bin_width_of(bin_width: f64) -> Result<f64, Error> {
 }
 
 impl EffectivePotential {
-    /// Bins of about `bin_width` over all heights of centers, and P/n = 0 until it is [`set`](Self::set).
+    /// Bins of about `bin_width` over all heights of centers, and P/n = 0 until it is
+    /// [`set`](Self::set).
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a width that is not positive and finite; [`Error::InvalidBins`] for too many
-    /// bins; [`Error::InvalidPotential`] where φ/T(0) overflows.
+    /// [`Error::InvalidParameter`] for a width that is not positive and finite;
+    /// [`Error::InvalidBins`] for too many bins; [`Error::InvalidPotential`] where φ/T(0)
+    /// overflows.
     pub fn new<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>, bin_width: f64) -> Result<Self, Error> {
         const MAXIMUM: usize = 1 << 24;
         bin_width_of(bin_width)?;
@@ -122,7 +125,8 @@ impl EffectivePotential {
     /// [open end](Scene::open_end), in m g/d², is taken to be `open_end_pressure`.
     ///
     /// # Errors
-    /// [`Error::InvalidPotential`] at the first height where u would not be finite; it stays what it was.
+    /// [`Error::InvalidPotential`] at the first height where u would not be finite; it stays what
+    /// it was.
     pub fn set(
         &mut self,
         open_end_pressure: f64,
@@ -132,7 +136,8 @@ impl EffectivePotential {
         let mut correction = Vec::with_capacity(self.correction.len());
         correction.push(0.0);
         for (bin, (field, gradient)) in self.field_part.iter().zip(&self.gradient_part).enumerate() {
-            // No contribution where the temperature is constant, not even a rounding error or 0 times infinity.
+            // No contribution where the temperature is constant, not even a rounding error or 0 times
+            // infinity.
             if *gradient != 0.0 {
                 sum += pressure_over_density(bin) * gradient;
             }

@@ -6,8 +6,8 @@ use super::{EffectivePotential, Scheme};
 use crate::equation_of_state::{EquationOfState, FluidSolid};
 use crate::{Error, Field, Scene, TemperatureProfile};
 
-/// P/n = T Z(η) at the theory profile [between walls](crate::Hydrostatics::between_walls): u' = a/T + Z T'/T (eq. 20 of
-/// doi:10.1103/PhysRevE.83.061306, divided by T).
+/// P/n = T Z(η) at the theory profile [between walls](crate::Hydrostatics::between_walls): u' = a/T
+/// + Z T'/T (eq. 20 of doi:10.1103/PhysRevE.83.061306, divided by T).
 ///
 /// Detailed balance is exact and nothing has to converge, but the equation of state is imposed, not
 /// measured: agreement of P with it says little.
@@ -46,7 +46,8 @@ impl<E> EquationOfStateClosure<E> {
 }
 
 impl Default for EquationOfStateClosure<FluidSolid> {
-    /// The most accurate equation of state here: modified Kolafa-Labík-Malijevský fluid, Speedy solid.
+    /// The most accurate equation of state here: modified Kolafa-Labík-Malijevský fluid, Speedy
+    /// solid.
     fn default() -> Self {
         Self::new(FluidSolid::default())
     }

@@ -14,9 +14,9 @@ use crate::{Error, Field, Scene, TemperatureProfile, Warning};
 ///
 /// The rule that accepts a move depends on the configuration through the histogram and is not
 /// corrected for it, so detailed balance does not hold. A bin that holds k spheres of Poisson mean
-/// λ contributes E[1/k] > 1/λ, which over-weights the gradient term by about 1/λ of itself wherever a move crosses
-/// bins: narrow bins and small bases are biased most (`docs/seven_per_cent.md`). An empty bin takes the ideal-gas
-/// value P/n = T. Certificates of such a run always say
+/// λ contributes E[1/k] > 1/λ, which over-weights the gradient term by about 1/λ of itself wherever
+/// a move crosses bins: narrow bins and small bases are biased most (`docs/seven_per_cent.md`). An
+/// empty bin takes the ideal-gas value P/n = T. Certificates of such a run always say
 /// [`FreezeTheField`](super::Suggestion::FreezeTheField).
 ///
 /// Since balance does not hold, the steady state depends on the moves. A simulation that names none

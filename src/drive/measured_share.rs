@@ -5,11 +5,13 @@ use std::fmt;
 
 /// The part of an effective field that was measured; the rest is the theory's.
 ///
-/// A scheme that combines a measurement of P/n with what a theory says of it gives the measurement a weight between 0 and
-/// 1 at every height. These are its means over the spheres of the column, apart for the layers within four diameters of a
-/// wall, of which the theory knows nothing, and for the bulk, where it is good to some 0.2 %. In the bulk a closure by the
-/// equation of state that the run itself has measured is a measurement; in the layers only counts are. It says nothing of
-/// errors: those are in the residual of a [`Certificate`](super::Certificate). Where there is no bulk, both are the same.
+/// A scheme that combines a measurement of P/n with what a theory says of it gives the measurement
+/// a weight between 0 and 1 at every height. These are its means over the spheres of the column,
+/// apart for the layers within four diameters of a wall, of which the theory knows nothing, and for
+/// the bulk, where it is good to some 0.2 %. In the bulk a closure by the equation of state that
+/// the run itself has measured is a measurement; in the layers only counts are. It says nothing of
+/// errors: those are in the residual of a [`Certificate`](super::Certificate). Where there is no
+/// bulk, both are the same.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct MeasuredShare {
@@ -48,8 +50,8 @@ impl MeasuredShare {
         Self { bulk: self.bulk.min(other.bulk), walls: self.walls.min(other.walls) }
     }
 
-    /// [`Warning::FieldOfTheory`] where less than half of the field was measured at the walls, or less than a tenth of it in
-    /// the bulk.
+    /// [`Warning::FieldOfTheory`] where less than half of the field was measured at the walls, or
+    /// less than a tenth of it in the bulk.
     #[must_use]
     pub fn warning(self) -> Option<Warning> {
         const LEAST_IN_BULK: f64 = 0.1;

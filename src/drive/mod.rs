@@ -1,9 +1,9 @@
 //! The drive: where field and temperature become the one reduced potential that every move reads.
 //!
-//! A move from x to x' is accepted with probability min(1, exp(−[u(x') − u(x)])), u = U/T. Since every
-//! acceptance is a difference of one function of height, detailed balance holds for any drive that
-//! is not changed in between; what a [`Scheme`] guarantees is therefore a statement about *when* u
-//! changes:
+//! A move from x to x' is accepted with probability min(1, exp(−[u(x') − u(x)])), u = U/T. Since
+//! every acceptance is a difference of one function of height, detailed balance holds for any drive
+//! that is not changed in between; what a [`Scheme`] guarantees is therefore a statement about
+//! *when* u changes:
 //!
 //! | scheme | u is | detailed balance | what it rests on |
 //! |---|---|---|---|
@@ -14,17 +14,19 @@
 //! | [`RunningAverage`] | a running average, for ever | asymptotically | the same |
 //! | [`Instantaneous`] | remade every sweep from that sweep's histogram (the 2011 paper) | violated | many spheres in every bin |
 //!
-//! Whatever the scheme, [`Simulation::certificate`](crate::Simulation::certificate) says after a production run whether
-//! the field was that of the density that it made.
+//! Whatever the scheme, [`Simulation::certificate`](crate::Simulation::certificate) says after a
+//! production run whether the field was that of the density that it made.
 //!
 //! # The effective field
-//! With a temperature that varies, T(x) put straight into the Metropolis rule gives a wrong profile.
-//! The steady state n(x) of dP/dx = −a n, P = n T(x) Z is that of an isothermal system in an effective
-//! field g, whose reduced force is (eqs. 20 and 24 of doi:10.1103/PhysRevE.83.061306, for any a and T)
+//! With a temperature that varies, T(x) put straight into the Metropolis rule gives a wrong
+//! profile. The steady state n(x) of dP/dx = −a n, P = n T(x) Z is that of an isothermal system in
+//! an effective field g, whose reduced force is (eqs. 20 and 24 of doi:10.1103/PhysRevE.83.061306,
+//! for any a and T)
 //!
 //! u'(x) = a/T + (P/n) T'/T² = −(1/n) d(P/T)/dx,  P(x) = P(lid) + ∫ₓ a n dx',
 //!
-//! summed from the base, P(x) = P(base) − ∫ a n dx', where the field pulls up ([`Scene::open_end`]).
+//! summed from the base, P(x) = P(base) − ∫ a n dx', where the field pulls up
+//! ([`Scene::open_end`]).
 //!
 //! A drive is a potential, and what adapts it is an observer that may change it: nothing else
 //! decides acceptance. To add a scheme, implement [`Scheme`] in a file of its own, with an
@@ -70,14 +72,15 @@ pub trait Drive<F, T>: Send + Sync {
         differentiate(|x| self.reduced_potential(scene, x), height, 1e-3)
     }
 
-    /// Number of times that u has changed: what was derived from it can be kept while this is the same.
+    /// Number of times that u has changed: what was derived from it can be kept while this is the
+    /// same.
     #[inline]
     fn generation(&self) -> u64 {
         0
     }
 
-    /// Pressure on the wall at the [open end](Scene::open_end) of the column, in m g/d², that u assumes; by default none, as
-    /// under an open sky.
+    /// Pressure on the wall at the [open end](Scene::open_end) of the column, in m g/d², that u
+    /// assumes; by default none, as under an open sky.
     #[inline]
     fn open_end_pressure(&self) -> f64 {
         0.0

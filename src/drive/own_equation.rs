@@ -8,9 +8,9 @@ use std::ops::Range;
 
 /// Z(η) of the steps of an iteration, from collisions and local paths of event chains.
 ///
-/// Z = 1 + Σ cₖ ηᵏ/(1 − η)³ is fitted to all heights farther than four diameters from a wall where the packing fraction is
-/// below freezing. Local equilibrium is enough, so it can be measured in any field and while the column falls. A solid is
-/// not measured: it is Speedy's.
+/// Z = 1 + Σ cₖ ηᵏ/(1 − η)³ is fitted to all heights farther than four diameters from a wall where
+/// the packing fraction is below freezing. Local equilibrium is enough, so it can be measured in
+/// any field and while the column falls. A solid is not measured: it is Speedy's.
 #[derive(Debug, Clone)]
 pub(super) struct OwnEquation {
     collisions: Collisions,

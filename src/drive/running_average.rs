@@ -9,21 +9,23 @@ use crate::observer::{Observer, ObserverError};
 use crate::scene::AnyScene;
 use crate::{Error, Field, Scene, TemperatureProfile, Warning};
 
-/// The effective field from the average of all configurations so far, updated for ever, ever more slowly.
+/// The effective field from the average of all configurations so far, updated for ever, ever more
+/// slowly.
 ///
-/// Detailed balance holds asymptotically: what one more configuration changes falls as one over the number of those
-/// before (diminishing adaptation, Roberts and Rosenthal, doi:10.1239/jap/1183667414). Counts and weights are averaged,
-/// never ratios of single configurations, so there is no noise bias. But an average of everything never quite
-/// forgets its start: the fixed-point map from density to field has a spectral radius ρ (0.11 to 0.57 for the paper's
-/// β = 0.005 to 0.05), and what is left of the start falls as slowly as the power −(1 − ρ) of the number of sweeps.
-/// For comparison; [`SelfConsistent`](super::SelfConsistent) is better.
+/// Detailed balance holds asymptotically: what one more configuration changes falls as one over the
+/// number of those before (diminishing adaptation, Roberts and Rosenthal,
+/// doi:10.1239/jap/1183667414). Counts and weights are averaged, never ratios of single
+/// configurations, so there is no noise bias. But an average of everything never quite forgets its
+/// start: the fixed-point map from density to field has a spectral radius ρ (0.11 to 0.57 for the
+/// paper's β = 0.005 to 0.05), and what is left of the start falls as slowly as the power −(1 − ρ)
+/// of the number of sweeps. For comparison; [`SelfConsistent`](super::SelfConsistent) is better.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RunningAverage {
     bin_width: f64,
 }
 
-/// As [`RunningAverage`] while equilibrating, then frozen: production holds detailed balance exactly, in a field that
-/// remembers the start of the run.
+/// As [`RunningAverage`] while equilibrating, then frozen: production holds detailed balance
+/// exactly, in a field that remembers the start of the run.
 ///
 /// For comparison: frozen early, it is wrong, and the certificate of the run says so.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -83,8 +85,8 @@ impl<F: Field, T: TemperatureProfile> Scheme<F, T> for AveragedThenFrozen {
     }
 }
 
-/// Of [`RunningAverage`] and [`AveragedThenFrozen`]: P/n of the average of all configurations, the theory profile
-/// standing for a few.
+/// Of [`RunningAverage`] and [`AveragedThenFrozen`]: P/n of the average of all configurations, the
+/// theory profile standing for a few.
 #[derive(Debug, Clone)]
 pub struct Averaging {
     freezes: bool,
@@ -98,7 +100,8 @@ pub struct Averaging {
 
 impl Averaging {
     const SWEEPS_BETWEEN_UPDATES: u64 = 10;
-    /// Of the theory, in counted spheres per diameter of height: enough that bins which are empty by chance do no harm.
+    /// Of the theory, in counted spheres per diameter of height: enough that bins which are empty
+    /// by chance do no harm.
     const THEORY_WEIGHT: f64 = 1e4;
 
     fn drive<F: Field, T: TemperatureProfile>(

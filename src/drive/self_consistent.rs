@@ -11,37 +11,44 @@ use crate::scene::AnyScene;
 use crate::statistics::drift;
 use crate::{Error, Field, Scene, TemperatureProfile, Warning};
 
-/// The effective field by iteration: freeze, measure, update, every time twice as long as before; frozen for good when
-/// production starts. The default choice for temperatures that vary.
+/// The effective field by iteration: freeze, measure, update, every time twice as long as before;
+/// frozen for good when production starts. The default choice for temperatures that vary.
 ///
 /// Production holds detailed balance exactly, in the field that was frozen, and
-/// [`Simulation::certificate`](crate::Simulation::certificate) tells, without an equation of state, whether it was the right
-/// one.
+/// [`Simulation::certificate`](crate::Simulation::certificate) tells, without an equation of state,
+/// whether it was the right one.
 ///
-/// **The bulk by collisions.** The field needs P/n = T Z (eq. 20 of doi:10.1103/PhysRevE.83.061306). Where event chains pass,
-/// their collisions give Z(η) in any field, right or wrong, even while the column falls, since they need
-/// local equilibrium only. After every step two coefficients of Z = 1 + (c₁ η + c₂ η²)/(1 − η)³ are fitted to what was measured, the
-/// last step counting twice as much as the one before, and hydrostatics between walls
-/// ([`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls)) with this Z gives a smooth P/n. So noise enters
-/// through two numbers and not through the bins of a histogram, and whatever equation of state the iteration
-/// [started](Self::new) with is gone after a few steps.
+/// **The bulk by collisions.** The field needs P/n = T Z (eq. 20 of
+/// doi:10.1103/PhysRevE.83.061306). Where event chains pass, their collisions give Z(η) in any
+/// field, right or wrong, even while the column falls, since they need local equilibrium only.
+/// After every step two coefficients of Z = 1 + (c₁ η + c₂ η²)/(1 − η)³ are fitted to what was
+/// measured, the last step counting twice as much as the one before, and hydrostatics between walls
+/// ([`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls)) with this Z gives a smooth
+/// P/n. So noise enters through two numbers and not through the bins of a histogram, and whatever
+/// equation of state the iteration [started](Self::new) with is gone after a few steps.
 ///
-/// **The layers by counts.** What a local equation of state does not know, P/n by weight and numbers does, step by step:
-/// - Within a step the field does not change, so the column relaxes as any isothermal one; the first quarter of each
-///   step is left out.
+/// **The layers by counts.** What a local equation of state does not know, P/n by weight and
+/// numbers does, step by step:
+/// - Within a step the field does not change, so the column relaxes as any isothermal one; the
+///   first quarter of each step is left out.
 /// - Counts and weights are averaged, never ratios of single configurations, so there is no noise
 ///   bias of order 1/(spheres per bin and sweep).
-/// - The closure counts as much as 10⁴ spheres per diameter of height ([`closure_weight`](Self::closure_weight)), and in the layers
-///   within four diameters of a wall as 3 % of that. So the field goes over to the counts as the steps get longer,
-///   soon at the walls, and no bin is ever empty. `docs/physics.md` has the measurement by which the weight was chosen.
-/// - A step in which the column fell or rose is not counted: a field made of it would hold the column where it is, by
-///   its own weight. It is at rest if its
-///   center of mass in the second half of a step is where it was in the first, within four standard errors.
-/// - The pressure on the wall at the [open end](Scene::open_end) is the contact density there times T, together with that of the closure, which has ten times
-///   the weight there: in a closed box 10⁴ sweeps of 500 spheres know a contact density to some 4 %.
+/// - The closure counts as much as 10⁴ spheres per diameter of height
+///   ([`closure_weight`](Self::closure_weight)), and in the layers within four diameters of a wall
+///   as 3 % of that. So the field goes over to the counts as the steps get longer, soon at the
+///   walls, and no bin is ever empty. `docs/physics.md` has the measurement by which the weight was
+///   chosen.
+/// - A step in which the column fell or rose is not counted: a field made of it would hold the
+///   column where it is, by its own weight. It is at rest if its center of mass in the second half
+///   of a step is where it was in the first, within four standard errors.
+/// - The pressure on the wall at the [open end](Scene::open_end) is the contact density there times
+///   T, together with that of the closure, which has ten times the weight there: in a closed box
+///   10⁴ sweeps of 500 spheres know a contact density to some 4 %.
 ///
-/// Local moves alone have no collisions: then the closure stays that of the equation of state at the start. [`measured_share`](super::Adaptation::measured_share),
-/// certificates and warnings say how much was measured. The same goes for crystals, of which Z is Speedy's, once the fluid was measured.
+/// Local moves alone have no collisions: then the closure stays that of the equation of state at
+/// the start. [`measured_share`](super::Adaptation::measured_share), certificates and warnings say
+/// how much was measured. The same goes for crystals, of which Z is Speedy's, once the fluid was
+/// measured.
 ///
 /// ```
 /// use gradient_mc::drive::{Adaptation, SelfConsistent};
@@ -70,8 +77,8 @@ impl Default for SelfConsistent {
 }
 
 impl<E> SelfConsistent<E> {
-    /// A start at the field of an equation of state, bins of 0.1 diameters, and a closure that counts as much as 10⁴ spheres per
-    /// diameter.
+    /// A start at the field of an equation of state, bins of 0.1 diameters, and a closure that
+    /// counts as much as 10⁴ spheres per diameter.
     pub fn new(equation_of_state: E) -> Self {
         Self { equation_of_state, bin_width: 0.1, closure_weight: 1e4 }
     }
@@ -100,7 +107,8 @@ pub struct Iteration {
     prior: Prior,
     own: Option<OwnEquation>,
     open_end_pressure: f64,
-    /// Of what the contact density says, the part by which the pressure at the open end follows it in a step.
+    /// Of what the contact density says, the part by which the pressure at the open end follows it
+    /// in a step.
     end_gain: f64,
     measured: MeasuredShare,
     steps: u32,
@@ -127,7 +135,8 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Scheme<F, T> for SelfC
         let temperature = |height: f64| scene.temperature().temperature(height);
         let mean_inverse = potential.heights().map(|height| 1.0 / temperature(height)).sum::<f64>()
             / potential.bins() as f64;
-        // In a weightless box the contact density overreacts to a wrong pressure by this factor (`docs/physics.md`).
+        // In a weightless box the contact density overreacts to a wrong pressure by this factor
+        // (`docs/physics.md`).
         let response = temperature(scene.open_end().contact_height(scene.slab())) * mean_inverse;
         let iteration = Iteration {
             open_end_pressure: prior.open_end_pressure,
@@ -163,15 +172,17 @@ impl Iteration {
         self.steps
     }
 
-    /// Whether the center of mass stood still within the errors of the step; false where it is too short to tell.
+    /// Whether the center of mass stood still within the errors of the step; false where it is too
+    /// short to tell.
     fn stood_still(&self) -> bool {
         /// A drift of more standard errors than this is no accident.
         const LARGEST_DRIFT: f64 = 4.0;
         drift(&self.centers).is_ok_and(|drift| drift.deviation_from(0.0).abs() <= LARGEST_DRIFT)
     }
 
-    /// Ends a step: the closure becomes that by the equation of state that was measured, and if the column was at rest, the
-    /// field goes over to what was counted. Nothing changes on an error.
+    /// Ends a step: the closure becomes that by the equation of state that was measured, and if the
+    /// column was at rest, the field goes over to what was counted. Nothing changes on an
+    /// error.
     fn update(&mut self, potential: &mut EffectivePotential, scene: &AnyScene<'_>) -> Result<(), Error> {
         let at_rest = self.stood_still();
         let Self { own, prior, .. } = self;
@@ -209,7 +220,8 @@ impl Iteration {
         }
     }
 
-    /// Whether collisions of this sweep count: wherever there is local equilibrium, as soon as the start is forgotten.
+    /// Whether collisions of this sweep count: wherever there is local equilibrium, as soon as the
+    /// start is forgotten.
     fn listens(&self, sweep: u64) -> bool {
         self.steps > 0 || self.is_relaxed(sweep)
     }

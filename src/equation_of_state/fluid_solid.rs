@@ -6,8 +6,8 @@ use crate::Error;
 /// Where fluid and solid coexist.
 ///
 /// The default is that of hard spheres: P/T = 11.5727(10), from simulations of up to 2916 spheres
-/// extrapolated to infinitely many, where the fluid has 0.4918 and the solid 0.5434. L. A. Fernandez,
-/// V. Martin-Mayor, B. Seoane and P. Verrocchio, Phys. Rev. Lett. 108, 165701 (2012),
+/// extrapolated to infinitely many, where the fluid has 0.4918 and the solid 0.5434. L. A.
+/// Fernandez, V. Martin-Mayor, B. Seoane and P. Verrocchio, Phys. Rev. Lett. 108, 165701 (2012),
 /// doi:10.1103/PhysRevLett.108.165701.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coexistence {
@@ -28,8 +28,8 @@ impl Default for Coexistence {
 /// A fluid below the transition, a solid above, and the two side by side in between.
 ///
 /// No fluid equation and no solid equation give exactly the same pressure at the two packing
-/// fractions of a [`Coexistence`]. The pressure decides: each branch is cut where it reaches it, and
-/// the packing fractions given only start the two searches. [`coexistence`](Self::coexistence)
+/// fractions of a [`Coexistence`]. The pressure decides: each branch is cut where it reaches it,
+/// and the packing fractions given only start the two searches. [`coexistence`](Self::coexistence)
 /// tells where the cuts came to lie. Between them P/T is constant, so Z falls as 1/η, and
 /// [`packing_fraction_at`](EquationOfState::packing_fraction_at) jumps at the pressure of
 /// coexistence, where it gives the fluid. A column therefore has a sharp front.
@@ -69,8 +69,8 @@ impl<F: EquationOfState, S: EquationOfState> FluidSolid<F, S> {
     /// Joins the two at the pressure of `coexistence`.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] if one of them does not reach that pressure, or the solid would be
-    /// no denser than the fluid.
+    /// [`Error::InvalidParameter`] if one of them does not reach that pressure, or the solid would
+    /// be no denser than the fluid.
     pub fn new(fluid: F, solid: S, coexistence: Coexistence) -> Result<Self, Error> {
         let pressure = Error::require_positive("P/T of coexistence", coexistence.reduced_pressure)?;
         let invalid = |requirement| Error::InvalidParameter {
@@ -94,9 +94,9 @@ impl<F: EquationOfState, S: EquationOfState> FluidSolid<F, S> {
     /// Joins the two where their chemical potentials agree, so that pressure and chemical potential
     /// are those of both phases: thermodynamic integration of two equations of state.
     ///
-    /// The solid's integration constant counts here. With that of [`SpeedySolid`] the transition is at
-    /// P/T = 11.571 for [`ModifiedKolafa`] and 11.572 for [`HansenGoos`](super::HansenGoos), where
-    /// simulations of coexistence have 11.5727(10).
+    /// The solid's integration constant counts here. With that of [`SpeedySolid`] the transition is
+    /// at P/T = 11.571 for [`ModifiedKolafa`] and 11.572 for [`HansenGoos`](super::HansenGoos),
+    /// where simulations of coexistence have 11.5727(10).
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] if they do not agree at any P/T between 11 and 13.
@@ -136,8 +136,8 @@ impl<F: EquationOfState, S: EquationOfState> FluidSolid<F, S> {
         )
     }
 
-    /// The transition as these two equations have it: the pressure given, and the packing fractions at
-    /// which each reaches it.
+    /// The transition as these two equations have it: the pressure given, and the packing fractions
+    /// at which each reaches it.
     #[must_use]
     pub fn coexistence(&self) -> Coexistence {
         self.cuts

@@ -133,7 +133,8 @@ pub trait EquationOfState: Send + Sync {
     /// Compressibility factor Z(η), for `packing_fraction` ≥ 0.
     fn compressibility_factor(&self, packing_fraction: f64) -> f64;
 
-    /// d Z/d ln η; the default differentiates [`compressibility_factor`](Self::compressibility_factor).
+    /// d Z/d ln η; the default differentiates
+    /// [`compressibility_factor`](Self::compressibility_factor).
     fn compressibility_derivative(&self, packing_fraction: f64) -> f64 {
         let step = 1e-3 * packing_fraction;
         if step == 0.0 {

@@ -24,8 +24,9 @@ const DEGREE: usize = 22;
 ///
 /// Fitted to simulations, the metastable fluid to η = 0.52 included; its
 /// domain ends at freezing because a crystal is the stable state beyond. The pressure has a maximum
-/// at η = 0.571 (P/T = 22.1), above which it cannot be inverted. S. Pieprzyk, M. N. Bannerman, A. C. Brańka,
-/// M. Chudak and D. M. Heyes, Phys. Chem. Chem. Phys. 21, 6886 (2019), doi:10.1039/C9CP00903E.
+/// at η = 0.571 (P/T = 22.1), above which it cannot be inverted. S. Pieprzyk, M. N. Bannerman, A.
+/// C. Brańka, M. Chudak and D. M. Heyes, Phys. Chem. Chem. Phys. 21, 6886 (2019),
+/// doi:10.1039/C9CP00903E.
 ///
 /// ```
 /// use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};

@@ -7,8 +7,9 @@ pub(crate) const MOST_TERMS: usize = 5;
 
 /// Z = 1 + Σ cₖ ηᵏ/(1 − η)³, with k from 1 to the number of terms.
 ///
-/// Two terms with c = 4, −2 are Carnahan and Starling's equation (doi:10.1063/1.1672048). Three meet the modified equation
-/// of Kolafa and others within 0.007 % up to η = 0.3 and 0.03 % up to 0.47, four within 0.0004 % and 0.0024 %.
+/// Two terms with c = 4, −2 are Carnahan and Starling's equation (doi:10.1063/1.1672048). Three
+/// meet the modified equation of Kolafa and others within 0.007 % up to η = 0.3 and 0.03 % up to
+/// 0.47, four within 0.0004 % and 0.0024 %.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Series {
     coefficients: [f64; MOST_TERMS],
@@ -35,7 +36,8 @@ impl Series {
         })
     }
 
-    /// B₂, B₃ and B₄ in units of the volume of a sphere and its powers: the first coefficients of Z in η.
+    /// B₂, B₃ and B₄ in units of the volume of a sphere and its powers: the first coefficients of Z
+    /// in η.
     pub(crate) fn virial_coefficients(&self) -> [f64; 3] {
         let [first, second, third, ..] = self.coefficients;
         [first, 3.0 * first + second, 6.0 * first + 3.0 * second + third]

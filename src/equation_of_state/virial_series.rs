@@ -9,8 +9,8 @@ const COEFFICIENTS: [f64; 9] =
 
 /// The virial series Z = 1 + B₂η + B₃η² + ..., cut after at most B₁₀ η⁹.
 ///
-/// Too low, by 0.36 % at η = 0.4 with all ten coefficients, where its domain ends. B₂ to B₄ are exact;
-/// the others: S. Labík, J. Kolafa and A. Malijevský, Phys. Rev. E 71, 021105 (2005),
+/// Too low, by 0.36 % at η = 0.4 with all ten coefficients, where its domain ends. B₂ to B₄ are
+/// exact; the others: S. Labík, J. Kolafa and A. Malijevský, Phys. Rev. E 71, 021105 (2005),
 /// doi:10.1103/PhysRevE.71.021105; N. Clisby and B. M. `McCoy`, J. Stat. Phys. 122, 15 (2006),
 /// doi:10.1007/s10955-005-8080-0.
 ///

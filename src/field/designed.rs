@@ -11,15 +11,17 @@ use crate::{Error, Slab};
 ///
 /// φ(x) = T [ln η(0) + μₑₓ(η(0))] − T [ln η(x) + μₑₓ(η(x))],
 ///
-/// since the chemical potential of ideal gas, excess and field together is the same at all heights. μₑₓ, over temperature,
-/// is that of a given equation of state; a rough one bends the profile, and nothing else.
+/// since the chemical potential of ideal gas, excess and field together is the same at all heights.
+/// μₑₓ, over temperature, is that of a given equation of state; a rough one bends the profile, and
+/// nothing else.
 ///
-/// For the equation of state from one run, a packing fraction that falls linearly over a slab is a good choice: no dilute tail, nothing
-/// that has to fall far, and every density has the same share of the work. Next to the walls there are layers: ask
-/// for a little more than is wanted at both ends.
+/// For the equation of state from one run, a packing fraction that falls linearly over a slab is a
+/// good choice: no dilute tail, nothing that has to fall far, and every density has the same share
+/// of the work. Next to the walls there are layers: ask for a little more than is wanted at both
+/// ends.
 ///
-/// Between nodes 1/32 of a diameter apart or less the potential is a cubic with continuous slope. The wanted packing
-/// fraction is never asked for outside the slab.
+/// Between nodes 1/32 of a diameter apart or less the potential is a cubic with continuous slope.
+/// The wanted packing fraction is never asked for outside the slab.
 ///
 /// ```
 /// use gradient_mc::equation_of_state::CarnahanStarling;
@@ -66,8 +68,9 @@ impl DesignedField {
     /// ```
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a packing fraction that is not above 0 and below close packing,
-    /// [`Error::InvalidField`] where the equation of state gives no finite potential for it.
+    /// [`Error::InvalidParameter`] for a packing fraction that is not above 0 and below close
+    /// packing, [`Error::InvalidField`] where the equation of state gives no finite potential
+    /// for it.
     pub fn new<E: EquationOfState>(
         packing_fraction: impl Fn(f64) -> f64,
         temperature: Isothermal,
@@ -125,16 +128,17 @@ impl DesignedField {
         Self::new(|x| base + (lid - base) * (x / height), temperature, equation_of_state, slab)
     }
 
-    /// Spheres per unit of base area that the wanted profile has, N/A, with the layers at the walls (see
-    /// [`between_walls`](crate::Hydrostatics::between_walls)): for
-    /// [`Scene::with_column_density`](crate::Scene::with_column_density). With another number the column is denser or more
-    /// dilute at all heights.
+    /// Spheres per unit of base area that the wanted profile has, N/A, with the layers at the walls
+    /// (see [`between_walls`](crate::Hydrostatics::between_walls)): for
+    /// [`Scene::with_column_density`](crate::Scene::with_column_density). With another number the
+    /// column is denser or more dilute at all heights.
     #[must_use]
     pub fn column_density(&self) -> f64 {
         self.column_density
     }
 
-    /// The panel of a height: potentials and slopes times its width at its ends, and where in it the height is, from 0 to 1.
+    /// The panel of a height: potentials and slopes times its width at its ends, and where in it
+    /// the height is, from 0 to 1.
     #[inline]
     fn panel(&self, height: f64) -> ([[f64; 2]; 2], f64) {
         let scaled = height / self.spacing;

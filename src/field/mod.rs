@@ -38,17 +38,19 @@ pub trait Field: Send + Sync {
     /// doi:10.1103/PhysRevE.83.061306). Nothing is asked outside the slab, [0, H].
     fn potential(&self, height: f64) -> f64;
 
-    /// Acceleration a(x) towards the base, in g; the default differentiates the potential, with heights up to 0.002
-    /// above the one asked for, none of them below 0.
+    /// Acceleration a(x) towards the base, in g; the default differentiates the potential, with
+    /// heights up to 0.002 above the one asked for, none of them below 0.
     fn acceleration(&self, height: f64) -> f64 {
         differentiate_above(|x| self.potential(x), height, 1e-3, 0.0)
     }
 }
 
-/// How far below the end of a field it is asked for its acceleration: a derivative taken numerically needs 0.002.
+/// How far below the end of a field it is asked for its acceleration: a derivative taken
+/// numerically needs 0.002.
 pub(crate) const END_MARGIN: f64 = 2.5e-3;
 
-/// The acceleration of a field that ends at `highest`: next to the end, the cubic through four values below it.
+/// The acceleration of a field that ends at `highest`: next to the end, the cubic through four
+/// values below it.
 pub(crate) fn acceleration_below<F: Field + ?Sized>(field: &F, height: f64, highest: f64) -> f64 {
     let edge = highest - END_MARGIN;
     if height <= edge {
@@ -222,9 +224,9 @@ impl<A: Field, B: Field> Field for SumField<A, B> {
 /// A field from a closure a(x); the potential is integrated once, at construction.
 ///
 /// Between nodes 1/32 of a diameter apart the potential is the cubic with the closure's values as
-/// slopes: its error is below 2.5·10⁻⁹ times the third derivative of a. A jump at a node, such as a whole number, is
-/// kept as it is; one between two nodes is rounded over the 1/32 between them. The last node is the lid: the closure is
-/// never asked above it.
+/// slopes: its error is below 2.5·10⁻⁹ times the third derivative of a. A jump at a node, such as a
+/// whole number, is kept as it is; one between two nodes is rounded over the 1/32 between them. The
+/// last node is the lid: the closure is never asked above it.
 ///
 /// ```
 /// use gradient_mc::{Slab, field::{Field, FieldFn}};
@@ -237,7 +239,8 @@ impl<A: Field, B: Field> Field for SumField<A, B> {
 #[derive(Clone)]
 pub struct FieldFn<A> {
     acceleration: A,
-    /// Potential, acceleration, and acceleration just below, at multiples of [`Self::SPACING`], and at the lid.
+    /// Potential, acceleration, and acceleration just below, at multiples of [`Self::SPACING`], and
+    /// at the lid.
     nodes: Vec<[f64; 3]>,
     /// Height of the lid.
     highest: f64,

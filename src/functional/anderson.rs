@@ -22,8 +22,9 @@ impl Anderson {
         *self = Self::default();
     }
 
-    /// The change of `values` that the residuals there and at the points before suggest; `metric` are the weights of the squares, and
-    /// `damping` the part of a residual by which its value may change.
+    /// The change of `values` that the residuals there and at the points before suggest; `metric`
+    /// are the weights of the squares, and `damping` the part of a residual by which its value
+    /// may change.
     pub(super) fn step(
         &mut self,
         values: &[f64],
@@ -64,7 +65,8 @@ impl Anderson {
     }
 }
 
-/// Cholesky's method for a symmetric matrix that is scaled to a unit diagonal; directions that are lost in rounding get nothing.
+/// Cholesky's method for a symmetric matrix that is scaled to a unit diagonal; directions that are
+/// lost in rounding get nothing.
 fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
     let size = right.len();
     let scales: Vec<f64> = (0..size)

@@ -11,11 +11,12 @@ use crate::{Error, Field, HydrostaticProfile, Hydrostatics, Scene, TemperaturePr
 
 /// A column whose profile is to be computed by a density functional, layers at the walls included.
 ///
-/// The base is a hard wall at x = 0, so that centers begin at x = ½. Field, temperature and functional can be given by value or by
-/// reference.
+/// The base is a hard wall at x = 0, so that centers begin at x = ½. Field, temperature and
+/// functional can be given by value or by reference.
 ///
-/// n(x) makes the grand potential smallest: ln n = μ − u(x) − δ∫Φ dx/δn, with u = φ/T. Where the temperature varies, u is the effective
-/// potential of the [`drive`](crate::drive), and belongs to the density that it makes.
+/// n(x) makes the grand potential smallest: ln n = μ − u(x) − δ∫Φ dx/δn, with u = φ/T. Where the
+/// temperature varies, u is the effective potential of the [`drive`](crate::drive), and belongs to
+/// the density that it makes.
 ///
 /// ```
 /// use gradient_mc::functional::{DensityFunctional, WhiteBear2};
@@ -50,8 +51,9 @@ impl<F: Field, T: TemperatureProfile, W: Functional> DensityFunctional<F, T, W> 
     /// Solves for `spheres` per unit of base area, N/A.
     ///
     /// # Errors
-    /// Those of [`Hydrostatics::column_density`], from whose profile it starts; [`Error::BeyondFreezing`] where a fluid would freeze;
-    /// [`Error::FunctionalTooSteep`] for a field or temperature that polynomials on narrow panels do not follow, a jump for example;
+    /// Those of [`Hydrostatics::column_density`], from whose profile it starts;
+    /// [`Error::BeyondFreezing`] where a fluid would freeze; [`Error::FunctionalTooSteep`] for
+    /// a field or temperature that polynomials on narrow panels do not follow, a jump for example;
     /// [`Error::FunctionalNotConverged`].
     pub fn column_density(&self, spheres: f64) -> Result<LayeredProfile, Error> {
         let spheres = Error::require_positive("column density", spheres)?;
@@ -59,10 +61,12 @@ impl<F: Field, T: TemperatureProfile, W: Functional> DensityFunctional<F, T, W> 
         self.solve(&start, Given::ColumnDensity(spheres))
     }
 
-    /// Solves for a chemical potential over temperature, μ = ln n + μₑₓ(n) + u of a uniform fluid, with u = φ/T half a diameter above the base.
+    /// Solves for a chemical potential over temperature, μ = ln n + μₑₓ(n) + u of a uniform fluid,
+    /// with u = φ/T half a diameter above the base.
     ///
     /// # Errors
-    /// As [`column_density`](Self::column_density), and [`Error::InvalidParameter`] unless it is finite.
+    /// As [`column_density`](Self::column_density), and [`Error::InvalidParameter`] unless it is
+    /// finite.
     pub fn chemical_potential(&self, potential: f64) -> Result<LayeredProfile, Error> {
         let given = Error::require_finite("chemical potential", potential)?;
         let temperature = self.temperature.temperature(RADIUS);
@@ -75,13 +79,14 @@ impl<F: Field, T: TemperatureProfile, W: Functional> DensityFunctional<F, T, W> 
         self.solve(&hydrostatics.base_pressure(pressure)?, Given::ChemicalPotential(given))
     }
 
-    /// Spheres per area of a column at constant temperature beyond those of the functional's uniform fluid of the same chemical potential,
-    /// which begins at the wall at x = 0: what the base has more than the bulk, negative where the half diameter without centers counts more than
-    /// the layers. A lid that carries part of the column counts too.
+    /// Spheres per area of a column at constant temperature beyond those of the functional's
+    /// uniform fluid of the same chemical potential, which begins at the wall at x = 0: what
+    /// the base has more than the bulk, negative where the half diameter without centers counts
+    /// more than the layers. A lid that carries part of the column counts too.
     ///
     /// # Errors
-    /// Those of [`Hydrostatics::base_pressure`]. [`Error::InvalidParameter`] where the temperature varies: then a uniform fluid of the same
-    /// chemical potential is no reference.
+    /// Those of [`Hydrostatics::base_pressure`]. [`Error::InvalidParameter`] where the temperature
+    /// varies: then a uniform fluid of the same chemical potential is no reference.
     pub fn adsorption(&self, profile: &LayeredProfile) -> Result<f64, Error> {
         let Some(temperature) = self.temperature.constant() else {
             let requirement = "the adsorption is defined at constant temperature";
@@ -179,7 +184,8 @@ impl<F: Field, T: TemperatureProfile, W: Functional> DensityFunctional<F, T, W> 
         Err(Error::FunctionalNotConverged { iterations, residual: f64::INFINITY })
     }
 
-    /// Where centers begin and end, and whether there is a wall: beyond the others hardly anything is left.
+    /// Where centers begin and end, and whether there is a wall: beyond the others hardly anything
+    /// is left.
     fn ends(&self, start: &HydrostaticProfile) -> ([f64; 2], [bool; 2]) {
         /// Part of the spheres beyond which nothing changes.
         const NOTHING: f64 = 1e-15;
@@ -293,7 +299,8 @@ fn unresolved(rule: &Legendre, grid: &Grid, solution: &Solution) -> (Vec<usize>,
 }
 
 impl<F: Field, T: TemperatureProfile> Scene<F, T> {
-    /// The profile of this scene by a density functional: [`DensityFunctional`] with its field, temperature, slab and number of spheres.
+    /// The profile of this scene by a density functional: [`DensityFunctional`] with its field,
+    /// temperature, slab and number of spheres.
     ///
     /// ```
     /// use gradient_mc::functional::WhiteBear2;

@@ -1,7 +1,8 @@
 //! Panels on which the profile is a polynomial each.
 //!
-//! What the walls do to the density comes back, weaker and smoother, at every radius from them: the sphere averages make a jump at a
-//! wall a kink one radius away. Edges of panels are put there, so that the polynomials see smooth functions only.
+//! What the walls do to the density comes back, weaker and smoother, at every radius from them: the
+//! sphere averages make a jump at a wall a kink one radius away. Edges of panels are put there, so
+//! that the polynomials see smooth functions only.
 
 use super::RADIUS;
 use crate::legendre::{Legendre, ORDER, Series, evaluate};
@@ -25,7 +26,8 @@ impl Grid {
     /// Farther away they may be this part of the distance.
     const GROWTH: f64 = 0.1;
 
-    /// Between the lowest and the highest centers, with a wall half a diameter beyond either, or only one.
+    /// Between the lowest and the highest centers, with a wall half a diameter beyond either, or
+    /// only one.
     pub(super) fn new(rule: &Legendre, ends: [f64; 2], walls: [bool; 2]) -> Self {
         let [low, high] = ends;
         let mut edges = vec![low, high];

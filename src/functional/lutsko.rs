@@ -5,12 +5,14 @@ use super::{FreeEnergy, Functional, WeightedDensities};
 use crate::Error;
 use std::f64::consts::PI;
 
-/// [`Rosenfeld`](super::Rosenfeld)'s with [A(n₂³ − 3n₂ **n**₂² + 3 **n**₂·T·**n**₂ − Tr T³) + B(n₂³ − 3n₂ Tr T² + 2 Tr T³)]/(24π) in place of
-/// (n₂³ − 3n₂ **n**₂²)/(24π).
+/// [`Rosenfeld`](super::Rosenfeld)'s with [A(n₂³ − 3n₂ **n**₂² + 3 **n**₂·T·**n**₂ − Tr T³) + B(n₂³
+/// − 3n₂ Tr T² + 2 Tr T³)]/(24π) in place of (n₂³ − 3n₂ **n**₂²)/(24π).
 ///
-/// J. F. Lutsko, Phys. Rev. E 102, 062137 (2020), doi:10.1103/PhysRevE.102.062137. With 8A + 2B = 9 the uniform fluid is
-/// [`PercusYevickCompressibility`](crate::equation_of_state::PercusYevickCompressibility), else its third virial coefficient is off. Where A ≥ 0 and B ≥ 0 the functional is
-/// bounded below whatever the density.
+/// J. F. Lutsko, Phys. Rev. E 102, 062137 (2020), doi:10.1103/PhysRevE.102.062137. With 8A + 2B = 9
+/// the uniform fluid is
+/// [`PercusYevickCompressibility`](crate::equation_of_state::PercusYevickCompressibility), else its
+/// third virial coefficient is off. Where A ≥ 0 and B ≥ 0 the functional is bounded below whatever
+/// the density.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lutsko {
     a: f64,
@@ -20,7 +22,8 @@ pub struct Lutsko {
 impl Lutsko {
     /// The explicitly stable functional, A = 1 and B = 0.
     pub const STABLE: Self = Self { a: 1.0, b: 0.0 };
-    /// Tarazona's, A = 3/2 and B = −3/2 (Phys. Rev. Lett. 84, 694 (2000), doi:10.1103/PhysRevLett.84.694).
+    /// Tarazona's, A = 3/2 and B = −3/2 (Phys. Rev. Lett. 84, 694 (2000),
+    /// doi:10.1103/PhysRevLett.84.694).
     pub const TARAZONA: Self = Self { a: 1.5, b: -1.5 };
 
     /// Any A and B.

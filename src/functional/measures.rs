@@ -3,7 +3,8 @@
 use super::RADIUS;
 use std::f64::consts::PI;
 
-/// The density around a height, averaged in four ways over spheres of radius R = ½ whose surface or volume passes there.
+/// The density around a height, averaged in four ways over spheres of radius R = ½ whose surface or
+/// volume passes there.
 ///
 /// With one kind of spheres the others follow: n₀ = n₂/π, n₁ = n₂/(2π) and **n**₁ = **n**₂/(2π).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,7 +15,8 @@ pub struct WeightedDensities {
     pub surface: f64,
     /// n₂ₓ = −2π∫s n(x + s) ds: the vertical component of the vector of surfaces.
     pub vector: f64,
-    /// Tₓₓ = 4π∫s² n(x + s) ds: the vertical component of the tensor of surfaces; the other two share n₂ − Tₓₓ.
+    /// Tₓₓ = 4π∫s² n(x + s) ds: the vertical component of the tensor of surfaces; the other two
+    /// share n₂ − Tₓₓ.
     pub tensor: f64,
 }
 
@@ -53,7 +55,8 @@ pub struct FreeEnergy {
 }
 
 impl FreeEnergy {
-    /// The three functions whose moments ∫A₀ ds + ∫s A₁ ds + ∫s² A₂ ds over |s| < R are the derivative of ∫Φ dx by n.
+    /// The three functions whose moments ∫A₀ ds + ∫s A₁ ds + ∫s² A₂ ds over |s| < R are the
+    /// derivative of ∫Φ dx by n.
     pub(super) fn for_moments(&self) -> [f64; 3] {
         [
             PI * (RADIUS * RADIUS * self.by_packing + self.by_surface),

@@ -1,8 +1,9 @@
 //! Density functionals of hard spheres: theory that knows the layers at a wall.
 //!
-//! The excess free energy is ∫ Φ dx of a few densities, each the density averaged over a sphere in its own way (Rosenfeld's
-//! fundamental measures, Phys. Rev. Lett. 63, 980 (1989), doi:10.1103/PhysRevLett.63.980). All depends on height alone, so the averages are
-//! integrals over half a diameter up and down.
+//! The excess free energy is ∫ Φ dx of a few densities, each the density averaged over a sphere in
+//! its own way (Rosenfeld's fundamental measures, Phys. Rev. Lett. 63, 980 (1989),
+//! doi:10.1103/PhysRevLett.63.980). All depends on height alone, so the averages are integrals over
+//! half a diameter up and down.
 //!
 //! | functional | uniform fluid | what it is known for |
 //! |---|---|---|
@@ -11,8 +12,10 @@
 //! | [`WhiteBear2`] | Carnahan-Starling | consistent with scaled-particle theory to 2 % |
 //! | [`Lutsko`] | depends on its two parameters | stable also where spheres are confined to a cavity |
 //!
-//! [`DensityFunctional`] solves a column with any of them, between walls and in any field; where the temperature varies, in the effective
-//! field that such a column has (see [`drive`](crate::drive)). To add a functional, implement [`Functional`] for a type of your own: one method.
+//! [`DensityFunctional`] solves a column with any of them, between walls and in any field; where
+//! the temperature varies, in the effective field that such a column has (see
+//! [`drive`](crate::drive)). To add a functional, implement [`Functional`] for a type of your own:
+//! one method.
 
 mod anderson;
 mod bulk;
@@ -69,7 +72,8 @@ const RADIUS: f64 = 0.5;
 /// assert!((Bulk(Pairs).compressibility_factor(0.1) - 1.4).abs() < 1e-12);
 /// ```
 ///
-/// It is `Send` and `Sync`, as a [`Field`](crate::Field) is; its `&`, `Box` and `Arc` are functionals too.
+/// It is `Send` and `Sync`, as a [`Field`](crate::Field) is; its `&`, `Box` and `Arc` are
+/// functionals too.
 pub trait Functional: Send + Sync {
     /// Φ and its derivatives, for a packing below 1.
     fn free_energy(&self, weighted: &WeightedDensities) -> FreeEnergy;

@@ -1,10 +1,12 @@
-//! Averages over spheres, as sums over nodes whose weights are exact for the polynomials on the panels.
+//! Averages over spheres, as sums over nodes whose weights are exact for the polynomials on the
+//! panels.
 
 use super::RADIUS;
 use super::grid::Grid;
 use crate::legendre::{Legendre, ORDER, polynomials};
 
-/// The sums that give ∫f ds, ∫s f ds and ∫s² f ds over |s| < R around each of some heights, of an f on a grid.
+/// The sums that give ∫f ds, ∫s f ds and ∫s² f ds over |s| < R around each of some heights, of an f
+/// on a grid.
 #[derive(Debug, Clone)]
 pub(super) struct Moments {
     rows: Vec<Row>,

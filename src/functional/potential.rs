@@ -79,7 +79,8 @@ impl Potential {
         Ok(potential)
     }
 
-    /// The weight per area of what lies between each node and the open end, with the pressure there.
+    /// The weight per area of what lies between each node and the open end, with the pressure
+    /// there.
     pub(super) fn weights(&self, rule: &Legendre, grid: &Grid, densities: &[f64]) -> Vec<f64> {
         let mut weights = vec![0.0; densities.len()];
         let panels = grid.panels().len();

@@ -5,10 +5,12 @@ use super::{Functional, RADIUS};
 use crate::HydrostaticProfile;
 use crate::legendre::Legendre;
 
-/// The profile of a column with its layers; made by [`DensityFunctional`](super::DensityFunctional).
+/// The profile of a column with its layers; made by
+/// [`DensityFunctional`](super::DensityFunctional).
 ///
-/// It holds its own nodes and borrows nothing. Between them ln n is a polynomial of degree 15. Pressures are the weight of what lies above,
-/// with what the lid carries: at any height, layers included, that is the vertical component of the pressure.
+/// It holds its own nodes and borrows nothing. Between them ln n is a polynomial of degree 15.
+/// Pressures are the weight of what lies above, with what the lid carries: at any height, layers
+/// included, that is the vertical component of the pressure.
 #[derive(Debug, Clone)]
 pub struct LayeredProfile {
     profile: HydrostaticProfile,
@@ -130,7 +132,8 @@ impl LayeredProfile {
         self.chemical_potential
     }
 
-    /// Grand potential per area over temperature: of a box without weight, −PL/T and twice the surface tension of its walls over T.
+    /// Grand potential per area over temperature: of a box without weight, −PL/T and twice the
+    /// surface tension of its walls over T.
     #[must_use]
     pub fn grand_potential(&self) -> f64 {
         self.grand_potential

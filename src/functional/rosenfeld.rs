@@ -5,8 +5,9 @@ use super::{FreeEnergy, Functional, WeightedDensities};
 
 /// Φ = −n₀ ln(1 − n₃) + (n₁n₂ − **n**₁·**n**₂)/(1 − n₃) + (n₂³ − 3n₂ **n**₂²)/(24π(1 − n₃)²).
 ///
-/// Y. Rosenfeld, Phys. Rev. Lett. 63, 980 (1989), doi:10.1103/PhysRevLett.63.980. Its uniform fluid is
-/// [`PercusYevickCompressibility`](crate::equation_of_state::PercusYevickCompressibility), whose pressure is 7 % too high at freezing.
+/// Y. Rosenfeld, Phys. Rev. Lett. 63, 980 (1989), doi:10.1103/PhysRevLett.63.980. Its uniform fluid
+/// is [`PercusYevickCompressibility`](crate::equation_of_state::PercusYevickCompressibility), whose
+/// pressure is 7 % too high at freezing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Rosenfeld;
 

@@ -210,7 +210,8 @@ impl<'a, W: Functional> Problem<'a, W> {
     }
 }
 
-/// The part of a residual that ln n may change by: slow modes of a dense fluid overshoot by the inverse of its compressibility.
+/// The part of a residual that ln n may change by: slow modes of a dense fluid overshoot by the
+/// inverse of its compressibility.
 fn damping(packing: f64) -> f64 {
     let eta = packing.clamp(0.0, 0.5);
     let (void, stiff) = (1.0 - eta, 1.0 + 2.0 * eta);

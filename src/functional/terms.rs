@@ -1,4 +1,5 @@
-//! What the functionals here have in common: Φ = −n₀ ln(1 − n₃) + (n₁n₂ − **n**₁·**n**₂) f₂(n₃) + Φ₃ f₃(n₃), with Φ₃ of third order in the surfaces.
+//! What the functionals here have in common: Φ = −n₀ ln(1 − n₃) + (n₁n₂ − **n**₁·**n**₂) f₂(n₃) +
+//! Φ₃ f₃(n₃), with Φ₃ of third order in the surfaces.
 
 use super::{FreeEnergy, WeightedDensities};
 use std::f64::consts::PI;

@@ -87,7 +87,8 @@ fn moments_are_exact() {
     }
 }
 
-/// The derivative of ∫Φ dx by n against differences of it, for a layered profile that ends at walls.
+/// The derivative of ∫Φ dx by n against differences of it, for a layered profile that ends at
+/// walls.
 #[test]
 fn the_functional_derivative_is_that_of_the_free_energy() {
     const STEP: f64 = 1e-4;

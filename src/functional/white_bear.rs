@@ -3,9 +3,11 @@
 use super::terms::{Factor, Third, free_energy};
 use super::{FreeEnergy, Functional, WeightedDensities};
 
-/// [`Rosenfeld`](super::Rosenfeld)'s with 2[n₃ + (1 − n₃)² ln(1 − n₃)]/(3n₃²(1 − n₃)²) in place of 1/(1 − n₃)².
+/// [`Rosenfeld`](super::Rosenfeld)'s with 2[n₃ + (1 − n₃)² ln(1 − n₃)]/(3n₃²(1 − n₃)²) in place of
+/// 1/(1 − n₃)².
 ///
-/// R. Roth, R. Evans, A. Lang and G. Kahl, J. Phys.: Condens. Matter 14, 12063 (2002), doi:10.1088/0953-8984/14/46/313. Its uniform fluid
+/// R. Roth, R. Evans, A. Lang and G. Kahl, J. Phys.: Condens. Matter 14, 12063 (2002),
+/// doi:10.1088/0953-8984/14/46/313. Its uniform fluid
 /// is [`CarnahanStarling`](crate::equation_of_state::CarnahanStarling).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct WhiteBear;

@@ -3,11 +3,14 @@
 use super::terms::{Factor, Third, free_energy};
 use super::{FreeEnergy, Functional, WeightedDensities};
 
-/// [`Rosenfeld`](super::Rosenfeld)'s with f₂ = ⅓ + 4/(3(1 − n₃)) + 2 ln(1 − n₃)/(3n₃) in place of 1/(1 − n₃), and
-/// f₃ = (−2 + 6n₃ − 2n₃²)/(3n₃(1 − n₃)²) − 2 ln(1 − n₃)/(3n₃²) in place of 1/(1 − n₃)².
+/// [`Rosenfeld`](super::Rosenfeld)'s with f₂ = ⅓ + 4/(3(1 − n₃)) + 2 ln(1 − n₃)/(3n₃) in place of
+/// 1/(1 − n₃), and f₃ = (−2 + 6n₃ − 2n₃²)/(3n₃(1 − n₃)²) − 2 ln(1 − n₃)/(3n₃²) in place of 1/(1 −
+/// n₃)².
 ///
-/// H. Hansen-Goos and R. Roth, J. Phys.: Condens. Matter 18, 8413 (2006), doi:10.1088/0953-8984/18/37/002. Its uniform fluid is
-/// [`CarnahanStarling`](crate::equation_of_state::CarnahanStarling), and it is the most consistent of its kind.
+/// H. Hansen-Goos and R. Roth, J. Phys.: Condens. Matter 18, 8413 (2006),
+/// doi:10.1088/0953-8984/18/37/002. Its uniform fluid is
+/// [`CarnahanStarling`](crate::equation_of_state::CarnahanStarling), and it is the most consistent
+/// of its kind.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct WhiteBear2;
 

@@ -11,7 +11,8 @@ impl HydrostaticProfile {
     const STEEPEST: f64 = 0.5;
     /// A smaller part of the spheres does not matter.
     const LEAST_SHARE: f64 = 0.01;
-    /// A pressure on the lid below this part of the largest leaves P(x) right to a per cent until it has fallen to a tenth.
+    /// A pressure on the lid below this part of the largest leaves P(x) right to a per cent until
+    /// it has fallen to a tenth.
     pub(crate) const LARGEST_LID_PRESSURE: f64 = 1e-3;
     /// An equation of state whose Z is off by more of itself is not that of hard spheres.
     const LARGEST_DEVIATION: f64 = 0.01;
@@ -19,8 +20,9 @@ impl HydrostaticProfile {
     const SMALLEST_JUMP: f64 = 0.01;
 
     /// Warnings about this profile: [`Warning::OutsideDomain`], [`Warning::InaccurateEquation`],
-    /// [`Warning::SteepGradient`], [`Warning::DensityJump`] (the largest), and [`Warning::LidTooLow`], which does not make the profile wrong but a
-    /// pressure that is taken from the weight of what lies above.
+    /// [`Warning::SteepGradient`], [`Warning::DensityJump`] (the largest), and
+    /// [`Warning::LidTooLow`], which does not make the profile wrong but a pressure that is
+    /// taken from the weight of what lies above.
     ///
     /// ```
     /// use gradient_mc::equation_of_state::CarnahanStarling;

@@ -12,7 +12,8 @@ impl HydrostaticProfile {
         std::iter::once(self.base).chain(self.panels.iter().map(|panel| panel.end))
     }
 
-    /// The profile with other ln n and ln P, given at the nodes of `panels`; beyond them it goes on as it is, but for a factor.
+    /// The profile with other ln n and ln P, given at the nodes of `panels`; beyond them it goes on
+    /// as it is, but for a factor.
     pub(crate) fn with_layers(
         &self,
         rule: &Legendre,

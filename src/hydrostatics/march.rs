@@ -2,9 +2,9 @@
 //!
 //! d ln P/dx = −a/(T Z), with η from P/T. The temperature itself enters, never its derivative, so a
 //! jump of T is nothing special. A panel holds the values at Gauss nodes that satisfy the integral
-//! equation (collocation, order 32), and is halved until the Legendre series of ln n has decayed. A jump
-//! of T, or of η at a phase transition, is closed in on until the panel that holds it is as narrow as
-//! rounding allows.
+//! equation (collocation, order 32), and is halved until the Legendre series of ln n has decayed. A
+//! jump of T, or of η at a phase transition, is closed in on until the panel that holds it is as
+//! narrow as rounding allows.
 
 use crate::equation_of_state::{DomainSide, EquationOfState, number_density};
 use crate::field::{END_MARGIN, acceleration_below};
@@ -24,12 +24,13 @@ const LOGARITHM_OF_NOTHING: f64 = 690.0;
 const HIGHEST_CLIMB: f64 = 1e9;
 /// At [`HIGHEST_CLIMB`] a column counts as held if ln P has fallen this far.
 const DROP_THAT_COUNTS_AS_HELD: f64 = 60.0;
-/// Rounding widths up to which a panel without a fall of ln P is no feature of the scene: still 1e-11 of the height.
+/// Rounding widths up to which a panel without a fall of ln P is no feature of the scene: still
+/// 1e-11 of the height.
 const MOST_STAGNANT: f64 = 1024.0;
 /// More panels than this are a scene beyond the solver.
 const MOST_PANELS: usize = 20_000;
-/// Trials that all marches of one solution may take together: some ten times as many as that of a temperature that
-/// doubles within half a diameter all the way up. It bounds the time.
+/// Trials that all marches of one solution may take together: some ten times as many as that of a
+/// temperature that doubles within half a diameter all the way up. It bounds the time.
 const MOST_TRIALS: u32 = 60_000;
 /// A tail above this is of no solution at all.
 const SENSELESS: f64 = 1e3;
@@ -154,8 +155,8 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
         let mut guess = None;
         // What the last attempt asks of the next: its width, and the tail it could not shorten.
         let (mut width, mut rejected_tail) = (f64::INFINITY, f64::INFINITY);
-        // Panels so narrow that the fall of ln P is lost in rounding would go on for ever just before a jump that it is to cross:
-        // the next may be wider, and hold the jump.
+        // Panels so narrow that the fall of ln P is lost in rounding would go on for ever just before a
+        // jump that it is to cross: the next may be wider, and hold the jump.
         let mut stagnant = 0.0;
         let mut attempts = 0;
         loop {

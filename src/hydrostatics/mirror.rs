@@ -1,7 +1,7 @@
 //! Columns that hang, seen upside down.
 //!
-//! The march goes from the dense end to the thin one. A column under its lid is solved as the column on its base that is its mirror
-//! image.
+//! The march goes from the dense end to the thin one. A column under its lid is solved as the
+//! column on its base that is its mirror image.
 
 use super::HydrostaticProfile;
 use super::march::Panel;

@@ -1,12 +1,13 @@
 //! The theory of any scene: hydrostatic balance with a local equation of state.
 //!
-//! dP/dx = −n a and P = n T Z(η), eqs. (3) and (4) of doi:10.1103/PhysRevE.83.061306, for any field,
-//! temperature and equation of state.
+//! dP/dx = −n a and P = n T Z(η), eqs. (3) and (4) of doi:10.1103/PhysRevE.83.061306, for any
+//! field, temperature and equation of state.
 //!
-//! What it leaves out are the layers at a wall. A column of the local theory starts at its base with the bulk density;
-//! real spheres have their centers half a diameter above the wall and layer there. How many more they are than the
-//! bulk density would have there is known: [`Hydrostatics::between_walls`] puts base and lid where the column above the
-//! layers becomes right. The local density is also wrong where ln n changes by of order 1 over a diameter.
+//! What it leaves out are the layers at a wall. A column of the local theory starts at its base
+//! with the bulk density; real spheres have their centers half a diameter above the wall and layer
+//! there. How many more they are than the bulk density would have there is known:
+//! [`Hydrostatics::between_walls`] puts base and lid where the column above the layers becomes
+//! right. The local density is also wrong where ln n changes by of order 1 over a diameter.
 
 mod diagnostics;
 mod layered;
@@ -57,8 +58,8 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
         Self { field, temperature, equation_of_state, base: 0.0, lid: None }
     }
 
-    /// Puts the base at `height`, at most 10⁶ diameters from x = 0 (0.5 is where the centers of real
-    /// spheres start).
+    /// Puts the base at `height`, at most 10⁶ diameters from x = 0 (0.5 is where the centers of
+    /// real spheres start).
     #[must_use]
     pub fn base(mut self, height: f64) -> Self {
         self.base = height;
@@ -82,14 +83,17 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
     /// Solves for `spheres` per unit of base area, N/A.
     ///
     /// In a box without weight whose density would lie between fluid and solid the two can sit
-    /// anywhere, so there is no profile to find, and the error is [`Error::HydrostaticsNotConverged`].
+    /// anywhere, so there is no profile to find, and the error is
+    /// [`Error::HydrostaticsNotConverged`].
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a column density that is not positive and finite, a base that is
-    /// too far from x = 0, or a lid that is not above the base; [`Error::InvalidField`] and [`Error::InvalidTemperature`] where the scene
-    /// is not usable; [`Error::EquationOfStateExhausted`] if no state carries the weight;
+    /// [`Error::InvalidParameter`] for a column density that is not positive and finite, a base
+    /// that is too far from x = 0, or a lid that is not above the base; [`Error::InvalidField`]
+    /// and [`Error::InvalidTemperature`] where the scene is not usable;
+    /// [`Error::EquationOfStateExhausted`] if no state carries the weight;
     /// [`Error::UnboundedColumn`] if the column is open and the field does not hold it;
-    /// [`Error::HydrostaticsNotConverged`] for a scene beyond the solver, which gives up after 60 000 panels, a second or two.
+    /// [`Error::HydrostaticsNotConverged`] for a scene beyond the solver, which gives up after 60
+    /// 000 panels, a second or two.
     pub fn column_density(&self, spheres: f64) -> Result<HydrostaticProfile, Error> {
         let spheres = Error::require_positive("column density", spheres)?;
         let column = self.column()?;
@@ -113,15 +117,16 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
         }
     }
 
-    /// Solves for `spheres` per unit of base area between the hard walls of `slab`, such that the column beyond the
-    /// layers at the walls is right.
+    /// Solves for `spheres` per unit of base area between the hard walls of `slab`, such that the
+    /// column beyond the layers at the walls is right.
     ///
-    /// Centers begin half a diameter from a wall, and those in the layers there are more than the bulk density would
-    /// have. By scaled-particle theory (Reiss, Frisch, Helfand and Lebowitz, doi:10.1063/1.1731020) the
-    /// surface tension of a hard wall is γ = 3η(2 + η) T/(2π(1 − η)² d²), and the bulk profile that holds as many
-    /// spheres begins at dγ/dP = (1 − η)/(2(1 + 2η)) from the wall: 0.5 in a dilute gas, 0.25 at η = 0.25. In a
-    /// uniform field the center of mass is higher by as much; for the paper's isothermal columns
-    /// (doi:10.1103/PhysRevE.83.061306) it is then that of density functional theory within 0.02.
+    /// Centers begin half a diameter from a wall, and those in the layers there are more than the
+    /// bulk density would have. By scaled-particle theory (Reiss, Frisch, Helfand and Lebowitz,
+    /// doi:10.1063/1.1731020) the surface tension of a hard wall is γ = 3η(2 + η) T/(2π(1 − η)²
+    /// d²), and the bulk profile that holds as many spheres begins at dγ/dP = (1 − η)/(2(1 +
+    /// 2η)) from the wall: 0.5 in a dilute gas, 0.25 at η = 0.25. In a uniform field the center
+    /// of mass is higher by as much; for the paper's isothermal columns (doi:10.1103/PhysRevE.
+    /// 83.061306) it is then that of density functional theory within 0.02.
     ///
     /// ```
     /// use gradient_mc::equation_of_state::CarnahanStarling;
@@ -159,7 +164,8 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
         // A box so full that this leaves no room for its fluid may still be wide enough for it.
         let near = with_walls(0.25, 0.25).or_else(|_| with_walls(0.0, 0.0))?;
         let at_lid = near.packing_fraction(near.top());
-        // One step is enough: a base that is off by 0.1 changes the packing fraction there by some thousandths.
+        // One step is enough: a base that is off by 0.1 changes the packing fraction there by some
+        // thousandths.
         with_walls(bulk_beginning(near.base_packing_fraction()), bulk_beginning(at_lid))
     }
 
@@ -202,15 +208,16 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
     }
 }
 
-/// How far from a hard wall the bulk of a fluid begins that holds as many spheres as there are with the layers.
+/// How far from a hard wall the bulk of a fluid begins that holds as many spheres as there are with
+/// the layers.
 pub(crate) fn bulk_beginning(packing_fraction: f64) -> f64 {
     let eta = packing_fraction.clamp(0.0, 1.0);
     (1.0 - eta) / (2.0 * (1.0 + 2.0 * eta))
 }
 
 impl<F: Field, T: TemperatureProfile> Scene<F, T> {
-    /// The theory profile of this scene: [`Hydrostatics::between_walls`] with its field, temperature, slab and number of
-    /// spheres.
+    /// The theory profile of this scene: [`Hydrostatics::between_walls`] with its field,
+    /// temperature, slab and number of spheres.
     ///
     /// ```
     /// use gradient_mc::equation_of_state::ModifiedKolafa;
@@ -245,8 +252,8 @@ fn solve<F: Field, T: TemperatureProfile, E: EquationOfState>(
 /// Finds ln P at the base for a given N/A by a bracketed secant in ln P and ln N, which is nearly a
 /// straight line.
 ///
-/// A perturbation of ln P never grows by more than the ratio of Z between base and top on the way up,
-/// so this is well conditioned.
+/// A perturbation of ln P never grows by more than the ratio of Z between base and top on the way
+/// up, so this is well conditioned.
 fn solve_for_mass<F: Field, T: TemperatureProfile, E: EquationOfState>(
     column: &Column<'_, F, T, E>,
     spheres: f64,

@@ -7,8 +7,8 @@ use crate::{Error, Field, TemperatureProfile};
 
 /// The theory profile of a scene; made by [`Hydrostatics`](super::Hydrostatics).
 ///
-/// It holds its own nodes and borrows nothing. Between them ln n is a polynomial of degree 15 that is
-/// within 10⁻⁹ of the solution (usually within 10⁻¹³); jumps stay jumps.
+/// It holds its own nodes and borrows nothing. Between them ln n is a polynomial of degree 15 that
+/// is within 10⁻⁹ of the solution (usually within 10⁻¹³); jumps stay jumps.
 ///
 /// Where the equation of state was used outside its domain the profile goes on, and
 /// [`domain_exit`](Self::domain_exit) says so: ask it.
@@ -147,7 +147,8 @@ impl HydrostaticProfile {
         self.base
     }
 
-    /// Height of the lid; of an open column, where the pressure has fallen to 10⁻³⁰⁰ of its maximum.
+    /// Height of the lid; of an open column, where the pressure has fallen to 10⁻³⁰⁰ of its
+    /// maximum.
     #[must_use]
     pub fn top(&self) -> f64 {
         self.top

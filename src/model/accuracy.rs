@@ -10,7 +10,8 @@ use std::ops::Range;
 pub enum Quantity {
     /// n(x): the error is the [`total_variation_distance`].
     Density,
-    /// P(x), the weight per area of what lies between x and the [open end](Scene::open_end), ∫ n dφ: the error is relative.
+    /// P(x), the weight per area of what lies between x and the [open end](Scene::open_end), ∫ n
+    /// dφ: the error is relative.
     Pressure,
     /// Z(x) = P/(nT): the error is relative.
     CompressibilityFactor,
@@ -23,10 +24,11 @@ impl Quantity {
 
 /// A quantity, the largest error that is tolerated, and the heights where it counts.
 ///
-/// Everything is averaged over bins one diameter high, the first at the wall on which the column rests: that opposite
-/// the [open end](Scene::open_end), x = 0 under a field that pulls down. The error of n is the share of the spheres at a wrong
-/// height; that of P and Z is the root mean square over the bins of the relative deviation. Bins count whose middle lies
-/// between the heights; if none are given, all of them for n, and for P and Z those beyond the first diameter
+/// Everything is averaged over bins one diameter high, the first at the wall on which the column
+/// rests: that opposite the [open end](Scene::open_end), x = 0 under a field that pulls down. The
+/// error of n is the share of the spheres at a wrong height; that of P and Z is the root mean
+/// square over the bins of the relative deviation. Bins count whose middle lies between the
+/// heights; if none are given, all of them for n, and for P and Z those beyond the first diameter
 /// without the hundredth of the spheres that is nearest to the open end.
 ///
 /// ```
@@ -138,10 +140,12 @@ impl Accuracy {
         (bins.map(|bin| (ratio(bin) - 1.0) * (ratio(bin) - 1.0)).sum::<f64>() / count).sqrt()
     }
 
-    /// The error of an average over `samples` independent spheres of a profile, as far as they are many.
+    /// The error of an average over `samples` independent spheres of a profile, as far as they are
+    /// many.
     ///
-    /// With p the part of the spheres in a bin, it is ½ √(2/π) Σ √(p(1 − p)/samples) of n, over Σ p. Of P it is the root mean square
-    /// over the bins of the relative standard deviation of Σ f p over the spheres beyond, f the weight of one; of Z of that of Σ f p over p.
+    /// With p the part of the spheres in a bin, it is ½ √(2/π) Σ √(p(1 − p)/samples) of n, over Σ
+    /// p. Of P it is the root mean square over the bins of the relative standard deviation of Σ
+    /// f p over the spheres beyond, f the weight of one; of Z of that of Σ f p over p.
     #[must_use]
     pub fn noise<F: Field, T: TemperatureProfile>(
         &self,
@@ -188,7 +192,8 @@ impl Accuracy {
                 Wall::Lid => (lowest, highest),
                 Wall::Base => (scene.slab().height() - highest, scene.slab().height() - lowest),
             };
-            // Those whose middle is not nearer than one height nor farther than the other, as far as there are any.
+            // Those whose middle is not nearer than one height nor farther than the other, as far as there
+            // are any.
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
             let [first, end] = [(near - 0.5).ceil(), (far - 0.5).floor() + 1.0]
                 .map(|bin| bin.clamp(0.0, count as f64) as usize);
@@ -243,7 +248,8 @@ fn pressures<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>, profile: &[f6
     pressures
 }
 
-/// The mean weight of a sphere in a bin, and the part of it that counts for P at the middle: the spheres of the outer half.
+/// The mean weight of a sphere in a bin, and the part of it that counts for P at the middle: the
+/// spheres of the outer half.
 fn weights<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>, bin: usize) -> [f64; 2] {
     let near = bin as f64;
     let far = (near + 1.0).min(scene.slab().height());
@@ -260,16 +266,17 @@ pub(super) fn height<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>, dista
     }
 }
 
-/// ½ ∫ |n′ − n| dx / ∫ n dx of two profiles, n′ of a model and n, given in the same bins: the share of the spheres that would have to
-/// be moved to another bin.
+/// ½ ∫ |n′ − n| dx / ∫ n dx of two profiles, n′ of a model and n, given in the same bins: the share
+/// of the spheres that would have to be moved to another bin.
 ///
-/// In a uniform field the pressure is the weight above, P(x)/P(base) = 1 − F(x) with F the cumulative distribution of heights, so
-/// that the error of P relative to the base is |F′ − F|. At any edge of a bin this is the sum of (n′ − n) over the bins below, over
-/// N/A; by conservation of spheres also minus the sum over those above, so it is at most half the sum of the absolute values: the
-/// Kolmogorov distance never exceeds the total variation.
+/// In a uniform field the pressure is the weight above, P(x)/P(base) = 1 − F(x) with F the
+/// cumulative distribution of heights, so that the error of P relative to the base is |F′ − F|. At
+/// any edge of a bin this is the sum of (n′ − n) over the bins below, over N/A; by conservation of
+/// spheres also minus the sum over those above, so it is at most half the sum of the absolute
+/// values: the Kolmogorov distance never exceeds the total variation.
 ///
-/// Only the shapes count where both hold the same number of spheres. A profile that ends earlier goes on with zeros. Not finite if
-/// `truth` holds nothing.
+/// Only the shapes count where both hold the same number of spheres. A profile that ends earlier
+/// goes on with zeros. Not finite if `truth` holds nothing.
 ///
 /// ```
 /// use gradient_mc::model::total_variation_distance;
@@ -284,9 +291,9 @@ pub fn total_variation_distance(model: &[f64], truth: &[f64]) -> f64 {
     0.5 * difference / truth.iter().sum::<f64>()
 }
 
-/// Number densities of a theory profile averaged over bins one diameter high, from the wall on which the column of `scene` rests to
-/// its [open end](Scene::open_end), with their digits also where little is left. The last bin counts as whole, so that the sum is
-/// N/A.
+/// Number densities of a theory profile averaged over bins one diameter high, from the wall on
+/// which the column of `scene` rests to its [open end](Scene::open_end), with their digits also
+/// where little is left. The last bin counts as whole, so that the sum is N/A.
 ///
 /// ```
 /// use gradient_mc::equation_of_state::ModifiedKolafa;

@@ -12,19 +12,23 @@ use std::fmt;
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub enum Model {
-    /// Points: [`IdealGas`](crate::equation_of_state::IdealGas), with centers half a diameter off the walls.
+    /// Points: [`IdealGas`](crate::equation_of_state::IdealGas), with centers half a diameter off
+    /// the walls.
     IdealGas(HydrostaticProfile),
-    /// Hydrostatic balance between walls: the fluid of [`ModifiedKolafa`](crate::equation_of_state::ModifiedKolafa), or
+    /// Hydrostatic balance between walls: the fluid of
+    /// [`ModifiedKolafa`](crate::equation_of_state::ModifiedKolafa), or
     /// [`FluidSolid`](crate::equation_of_state::FluidSolid) where that freezes.
     Hydrostatics(HydrostaticProfile),
-    /// The White Bear II functional, which has the layers, on the bulk of [`Hydrostatics`](Self::Hydrostatics).
+    /// The White Bear II functional, which has the layers, on the bulk of
+    /// [`Hydrostatics`](Self::Hydrostatics).
     DensityFunctional(CorrectedLayers),
     /// A simulation, to be run.
     MonteCarlo(MonteCarloPlan),
 }
 
 impl Model {
-    /// Number densities in bins one diameter high ([`densities`]): at once for a formula, after the run for a plan.
+    /// Number densities in bins one diameter high ([`densities`]): at once for a formula, after the
+    /// run for a plan.
     ///
     /// # Errors
     /// As [`MonteCarloPlan::densities`]; none for a formula.
@@ -86,12 +90,15 @@ impl fmt::Display for Cause {
 pub struct Assessment {
     /// The model.
     pub model: Model,
-    /// Error that is expected, of what [`Accuracy`] asks for; of a plan, root mean square over seeds.
+    /// Error that is expected, of what [`Accuracy`] asks for; of a plan, root mean square over
+    /// seeds.
     pub expected_error: f64,
-    /// Local trials and events of event chains that are expected; 0 for a formula, which takes milliseconds, or tenths of a second. A core makes some 5 to 20
-    /// million of either per second: `cargo bench --bench throughput -- packing` says what yours does.
+    /// Local trials and events of event chains that are expected; 0 for a formula, which takes
+    /// milliseconds, or tenths of a second. A core makes some 5 to 20 million of either per
+    /// second: `cargo bench --bench throughput -- packing` says what yours does.
     pub expected_moves: f64,
-    /// Whether the error stays below the tolerance, with an allowance for what the estimate does not know.
+    /// Whether the error stays below the tolerance, with an allowance for what the estimate does
+    /// not know.
     pub is_adequate: bool,
     /// What the error consists of, in quadrature.
     pub causes: Vec<(Cause, f64)>,
@@ -110,7 +117,8 @@ pub struct ModelChoice {
 }
 
 impl ModelChoice {
-    /// Part of the tolerance that a finite base may take; in quadrature it leaves nearly all to noise.
+    /// Part of the tolerance that a finite base may take; in quadrature it leaves nearly all to
+    /// noise.
     const BASE_SHARE: f64 = 0.2;
     /// Smallest side of the base of a plan.
     const SMALLEST_SIDE: f64 = 5.0;
@@ -195,8 +203,9 @@ impl ModelChoice {
         &self.accuracy
     }
 
-    /// Whether the model is expected to be as accurate as was asked for. It is not where the column freezes, nor for P and Z where
-    /// the wall at the [open end](Scene::open_end) carries part of the pressure, which then is no weight.
+    /// Whether the model is expected to be as accurate as was asked for. It is not where the column
+    /// freezes, nor for P and Z where the wall at the [open end](Scene::open_end) carries part
+    /// of the pressure, which then is no weight.
     #[must_use]
     pub fn is_adequate(&self) -> bool {
         self.best().is_adequate
@@ -217,7 +226,8 @@ fn best_plan<F: Field, T: TemperatureProfile>(
 ) -> Result<Assessment, Error> {
     let base_target = ModelChoice::BASE_SHARE * tolerance;
     let smallest_area = ModelChoice::SMALLEST_SIDE * ModelChoice::SMALLEST_SIDE;
-    // A crystal does not fit into a small box: where it freezes, the box of the scene is as good as any.
+    // A crystal does not fit into a small box: where it freezes, the box of the scene is as good as
+    // any.
     let least =
         if outlook.freezing.is_some() { scene.particles() as f64 } else { ModelChoice::FEWEST_PARTICLES };
     let particles =

@@ -1,11 +1,12 @@
-//! What was fitted to `examples/paper/calibration/`, as `cargo run --release -p paper --bin calibrate_models -- --fit` prints it; a
-//! test in `examples/paper/tests/model_for.rs` fits again and compares.
+//! What was fitted to `examples/paper/calibration/`, as `cargo run --release -p paper --bin
+//! calibrate_models -- --fit` prints it; a test in `examples/paper/tests/model_for.rs` fits again
+//! and compares.
 
 /// How the noise of a plan depends on the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
-    /// Logarithm of the variance in units of that of as many independent spheres, and its slopes with the largest packing
-    /// fraction, the logarithm of the extent, and T that varies.
+    /// Logarithm of the variance in units of that of as many independent spheres, and its slopes
+    /// with the largest packing fraction, the logarithm of the extent, and T that varies.
     pub inefficiency: [f64; 4],
     /// Sweeps that the theory start counts for.
     pub head_start: f64,
@@ -25,7 +26,8 @@ pub const LAYERS_SCATTER: f64 = 2.0837e-2;
 pub const LAYERS_SHAPE: [f64; 8] =
     [0.52555, -0.36634, -6.4815e-2, -2.4044e-2, -1.2062e-2, -6.8998e-3, 8.5389e-5, -2.0728e-4];
 
-/// What a density functional's layers miss, in spheres per area of a wall: of η⁶, and of η² in quadrature, which is what columns do not resolve.
+/// What a density functional's layers miss, in spheres per area of a wall: of η⁶, and of η² in
+/// quadrature, which is what columns do not resolve.
 pub const FUNCTIONAL: [f64; 2] = [1.4014, 9.3316e-3];
 
 /// The same of the functional as [`LAYERS_SHAPE`] of the theory.
@@ -44,8 +46,8 @@ pub const ALLOWANCE: [f64; 3] = [1.1098, 2.4895, 1.134];
 /// Part of what excluded volume does to a profile that is missing over a base with one sphere.
 pub const FINITE_BASE: f64 = 0.55073;
 
-/// Trials and events per sphere and sweep, and their slope with the largest packing fraction, for tuned local moves and event chains
-/// with them.
+/// Trials and events per sphere and sweep, and their slope with the largest packing fraction, for
+/// tuned local moves and event chains with them.
 pub const MOVES: [[f64; 2]; 2] = [[1.0, 0.0], [0.87148, 3.2315]];
 
 /// For n, P and Z, and for tuned local moves and event chains with them.

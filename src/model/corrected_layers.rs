@@ -6,8 +6,9 @@ use crate::{Error, Field, HydrostaticProfile, Scene, TemperatureProfile};
 
 /// [`WhiteBear2`] solved for a scene, and what its equation of state makes wrong, taken away.
 ///
-/// Its uniform fluid is that of Carnahan and Starling, whose pressure is up to 0.3 % off. The local theory between walls tells what that does to
-/// the profile: the difference of the two equations is added.
+/// Its uniform fluid is that of Carnahan and Starling, whose pressure is up to 0.3 % off. The local
+/// theory between walls tells what that does to the profile: the difference of the two equations is
+/// added.
 #[derive(Debug, Clone)]
 pub struct CorrectedLayers {
     layers: LayeredProfile,

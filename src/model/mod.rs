@@ -1,7 +1,8 @@
 //! No more model than the scene needs.
 //!
-//! Ideal gas, hydrostatic theory, a density functional and Monte Carlo give the same profile with more and more effort. [`Scene::model_for`] tells which is
-//! the cheapest that is as accurate as an [`Accuracy`] asks, of n, P or Z, and what the cheaper ones miss.
+//! Ideal gas, hydrostatic theory, a density functional and Monte Carlo give the same profile with
+//! more and more effort. [`Scene::model_for`] tells which is the cheapest that is as accurate as an
+//! [`Accuracy`] asks, of n, P or Z, and what the cheaper ones miss.
 //!
 //! | candidate | error | cost |
 //! |---|---|---|
@@ -10,7 +11,8 @@
 //! | [`CorrectedLayers`] | what the functional makes wrong of the layers | tenths of a second |
 //! | [`MonteCarloPlan`] | counting noise, a finite base | as 1/error² |
 //!
-//! How the estimates were made, and how well they do on scenes that they have not seen, is said in `docs/models.md`.
+//! How the estimates were made, and how well they do on scenes that they have not seen, is said in
+//! `docs/models.md`.
 
 mod accuracy;
 mod choice;
@@ -28,11 +30,14 @@ pub use plan::{MonteCarloPlan, MoveFamily};
 use crate::{Error, Field, Scene, TemperatureProfile};
 
 impl<F: Field, T: TemperatureProfile> Scene<F, T> {
-    /// The cheapest model of this scene that is as accurate as is asked for, with the reasons in words and numbers.
+    /// The cheapest model of this scene that is as accurate as is asked for, with the reasons in
+    /// words and numbers.
     ///
-    /// Ideal gas, hydrostatic theory, a density functional and Monte Carlo are considered, in this order. To decide between them takes both
-    /// formulas, some milliseconds, and where they are not enough the functional, some tenths of a second. The base of the scene does not matter, except where the column freezes: profiles depend on N/A, and a plan comes
-    /// with a base of its own.
+    /// Ideal gas, hydrostatic theory, a density functional and Monte Carlo are considered, in this
+    /// order. To decide between them takes both formulas, some milliseconds, and where they are
+    /// not enough the functional, some tenths of a second. The base of the scene does not matter,
+    /// except where the column freezes: profiles depend on N/A, and a plan comes with a base of
+    /// its own.
     ///
     /// ```
     /// use gradient_mc::model::{Accuracy, Model};
@@ -58,8 +63,9 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
     /// ```
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a range of heights without spheres; what [`Hydrostatics`](crate::Hydrostatics) returns for a
-    /// scene that it cannot solve; [`Error::SlabTooLarge`] if no base is wide enough for so small an error.
+    /// [`Error::InvalidParameter`] for a range of heights without spheres; what
+    /// [`Hydrostatics`](crate::Hydrostatics) returns for a scene that it cannot solve;
+    /// [`Error::SlabTooLarge`] if no base is wide enough for so small an error.
     pub fn model_for(&self, accuracy: Accuracy) -> Result<ModelChoice, Error> {
         ModelChoice::new(self, accuracy)
     }

@@ -1,6 +1,7 @@
 //! What a model will be off by before it is run.
 //!
-//! All constants are fitted to runs of columns ([`constants`](super::constants)); how is said in `docs/models.md`.
+//! All constants are fitted to runs of columns ([`constants`](super::constants)); how is said in
+//! `docs/models.md`.
 
 use super::accuracy::{Accuracy, Quantity, densities, height};
 use super::constants::{
@@ -13,17 +14,20 @@ use crate::equation_of_state::{FREEZING, FluidSolid, IdealGas, ModifiedKolafa};
 use crate::hydrostatics::DomainExit;
 use crate::{Error, Field, HydrostaticProfile, Hydrostatics, Scene, TemperatureProfile, Wall, temperature};
 
-/// Spheres per area of a wall that the theory between walls puts into the wrong bin, as a function of the packing fraction at the wall.
+/// Spheres per area of a wall that the theory between walls puts into the wrong bin, as a function
+/// of the packing fraction at the wall.
 ///
-/// To leading order it is 0.42 η², from the density of a dilute gas at a wall (n(z)/n − 1 = 2η(1 − z)²(2 + z)); the rest is fitted to columns. It
-/// is |B(η)| with what the fit misses added in quadrature, since B changes its sign near η = 0.08.
+/// To leading order it is 0.42 η², from the density of a dilute gas at a wall (n(z)/n − 1 = 2η(1 −
+/// z)²(2 + z)); the rest is fitted to columns. It is |B(η)| with what the fit misses added in
+/// quadrature, since B changes its sign near η = 0.08.
 fn layering(packing_fraction: f64) -> f64 {
     let eta = packing_fraction;
     let polynomial = LAYERS.iter().rev().fold(0.0, |sum, coefficient| sum * eta + coefficient);
     eta * eta * polynomial.hypot(LAYERS_SCATTER)
 }
 
-/// The same of a density functional: what fluids at high packing fractions show, and what dilute ones do not resolve.
+/// The same of a density functional: what fluids at high packing fractions show, and what dilute
+/// ones do not resolve.
 fn functional_layering(packing_fraction: f64) -> f64 {
     let [dense, unresolved] = FUNCTIONAL;
     let square = packing_fraction * packing_fraction;
@@ -42,7 +46,8 @@ pub(super) struct Outlook {
     isothermal: bool,
     /// Error of the ideal gas if the theory were true.
     pub(super) excluded_volume: f64,
-    /// Error of the theory by the layers at the walls, and by equation of state and local density beyond them.
+    /// Error of the theory by the layers at the walls, and by equation of state and local density
+    /// beyond them.
     pub(super) layers: f64,
     pub(super) bulk: f64,
     /// Error of a density functional in the layers at the walls.
@@ -53,7 +58,8 @@ pub(super) struct Outlook {
     spread: f64,
     /// Mean distance of the spheres from the wall on which the column rests.
     extent: f64,
-    /// Pressure at the open end over that in the outermost bin that counts; 0 for n, which does not need it.
+    /// Pressure at the open end over that in the outermost bin that counts; 0 for n, which does not
+    /// need it.
     pub(super) open_end: f64,
 }
 
@@ -172,8 +178,8 @@ impl Outlook {
         ALLOWANCE[self.quantity as usize]
     }
 
-    /// What the noise of a single run may become: the expected root mean square may be as much too small as the fit has scatter, and a seed
-    /// two standard deviations worse than others.
+    /// What the noise of a single run may become: the expected root mean square may be as much too
+    /// small as the fit has scatter, and a seed two standard deviations worse than others.
     pub(super) fn plan_allowance(&self, family: MoveFamily) -> f64 {
         let Noise { scatter, seeds, .. } = self.constants(family);
         libm::exp(scatter) * (1.0 + 2.0 * seeds)
@@ -183,7 +189,8 @@ impl Outlook {
         NOISE[self.quantity as usize][family as usize]
     }
 
-    /// What a base with `particles` spheres adds: of the pairs that make excluded volume, 1/N are missing.
+    /// What a base with `particles` spheres adds: of the pairs that make excluded volume, 1/N are
+    /// missing.
     pub(super) fn finite_base(&self, particles: usize) -> f64 {
         self.finite_base / particles as f64
     }
@@ -200,7 +207,8 @@ impl Outlook {
         libm::exp(constant + with_packing * self.densest() + with_extent * libm::log(self.extent) + varying)
     }
 
-    /// The largest packing fraction, or that of freezing: nothing was measured beyond, and the straight lines end there.
+    /// The largest packing fraction, or that of freezing: nothing was measured beyond, and the
+    /// straight lines end there.
     fn densest(&self) -> f64 {
         crate::equation_of_state::packing_fraction(self.theory.density_maximum().1).min(FREEZING)
     }
@@ -279,7 +287,8 @@ mod tests {
         Outlook::new(&scene, accuracy).unwrap()
     }
 
-    /// Points drawn from a known distribution are off by as much as the formulas say, in n, P and Z.
+    /// Points drawn from a known distribution are off by as much as the formulas say, in n, P and
+    /// Z.
     #[test]
     fn noise_is_that_of_independent_points() {
         const SAMPLES: usize = 4000;
@@ -338,8 +347,8 @@ mod tests {
         }
     }
 
-    /// The density of a dilute gas at a wall is known, and so is what the theory makes of it; by quadrature, not by the algebra that
-    /// gave the coefficient.
+    /// The density of a dilute gas at a wall is known, and so is what the theory makes of it; by
+    /// quadrature, not by the algebra that gave the coefficient.
     #[test]
     fn layers_of_a_dilute_gas_are_exact() {
         // Steps of the quadrature over half a diameter.
@@ -358,7 +367,8 @@ mod tests {
         approx::assert_relative_eq!(misplaced, LAYERS[0] * eta * eta, max_relative = 2e-3);
     }
 
-    /// Layers and what the theory misses of n amount to the total variation distances that they were fitted as.
+    /// Layers and what the theory misses of n amount to the total variation distances that they
+    /// were fitted as.
     #[test]
     fn errors_of_n_are_those_of_the_fit() {
         let outlook = outlook(2.0, 3.0, &Accuracy::density(0.1).unwrap());

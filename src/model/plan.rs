@@ -66,7 +66,8 @@ impl MonteCarloPlan {
     /// Part of the sweeps that equilibrate.
     pub const EQUILIBRATION: f64 = 0.25;
 
-    /// A plan for `scene` over a square base that `particles` spheres fill to the same N/A, in `sweeps` sweeps altogether.
+    /// A plan for `scene` over a square base that `particles` spheres fill to the same N/A, in
+    /// `sweeps` sweeps altogether.
     ///
     /// # Errors
     /// [`Error::SlabTooSmall`] or [`Error::InvalidParameter`] for a base that is not possible.
@@ -125,10 +126,12 @@ impl MonteCarloPlan {
         Self { sweeps: sweeps.max(2), ..self }
     }
 
-    /// The simulation of `scene` in the box of this plan, at the theory profile; it borrows field and temperature.
+    /// The simulation of `scene` in the box of this plan, at the theory profile; it borrows field
+    /// and temperature.
     ///
     /// # Errors
-    /// What [`Scene::new`] and [`SimulationBuilder::build`](crate::SimulationBuilder::build) return.
+    /// What [`Scene::new`] and [`SimulationBuilder::build`](crate::SimulationBuilder::build)
+    /// return.
     pub fn simulation<'a, F: Field, T: TemperatureProfile>(
         &self,
         scene: &'a Scene<F, T>,
@@ -138,7 +141,8 @@ impl MonteCarloPlan {
         Simulation::builder(planned).moves(self.family.moves()).seed(seed).build()
     }
 
-    /// Runs the plan: number densities in bins one diameter high, as those of [`densities`](super::densities).
+    /// Runs the plan: number densities in bins one diameter high, as those of
+    /// [`densities`](super::densities).
     ///
     /// # Errors
     /// As [`simulation`](Self::simulation) and [`Simulation::run`].
@@ -170,7 +174,8 @@ impl fmt::Display for MonteCarloPlan {
     }
 }
 
-/// Counts spheres diameter by diameter from the wall on which the column rests, without errors: also for a run of a few sweeps.
+/// Counts spheres diameter by diameter from the wall on which the column rests, without errors:
+/// also for a run of a few sweeps.
 #[derive(Debug, Clone)]
 struct Heights {
     open_end: Wall,

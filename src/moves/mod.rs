@@ -10,8 +10,9 @@
 //! names none; the scheme of the paper ([`Instantaneous`](crate::drive::Instantaneous)) has local
 //! moves with S = 0.75 instead.
 //!
-//! Each reads the drive (`reduced_potential` through [`log_acceptance`](crate::drive::log_acceptance), or its derivative
-//! `reduced_force`) and nothing else. A new family is a new file here and a variant of [`Moves`].
+//! Each reads the drive (`reduced_potential` through
+//! [`log_acceptance`](crate::drive::log_acceptance), or its derivative `reduced_force`) and nothing
+//! else. A new family is a new file here and a variant of [`Moves`].
 
 mod event_chain;
 mod local;

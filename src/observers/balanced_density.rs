@@ -7,19 +7,22 @@ use super::{DensityPoint, packing_fraction};
 use crate::statistics::{BlockAverages, Estimate, share_of_first};
 use crate::{Collision, Error, Frame, Merge, Observer, ObserverError, Recorder, Slab};
 
-/// Number density n(x) in bins of equal height, with less noise than [`DensityProfile`](super::DensityProfile) has of the same
-/// sweeps of event chains.
+/// Number density n(x) in bins of equal height, with less noise than
+/// [`DensityProfile`](super::DensityProfile) has of the same sweeps of event chains.
 ///
 /// Beside the counts, each bin has a second estimate from the balance of forces ("force sampling",
-/// doi:10.1103/PhysRevLett.120.120603): the normal pressure over T is the weight of what lies above it in the reduced
-/// potential, and collisions of vertical chains tell how much of it is not the ideal part n:
+/// doi:10.1103/PhysRevLett.120.120603): the normal pressure over T is the weight of what lies above
+/// it in the reduced potential, and collisions of vertical chains tell how much of it is not the
+/// ideal part n:
 ///
 /// n = `p_end` + (1/A) Σ u′(xᵢ) − N/(A w ℓ) Σ s q,
 ///
-/// with the symbols of [`ChainPressureProfile`](super::ChainPressureProfile). `p_end`, at the open end of the column, is zero where no
-/// sphere comes within a diameter of that wall, and the mean difference between the two estimates otherwise. Counts of narrow
-/// bins are noisy, forces hardly more than those of wide ones; the two are combined bin by bin with the weights of the smallest
-/// variance. Forces count for whole bins in which centers can be; other bins, and runs without chains, have counts alone.
+/// with the symbols of [`ChainPressureProfile`](super::ChainPressureProfile). `p_end`, at the open
+/// end of the column, is zero where no sphere comes within a diameter of that wall, and the mean
+/// difference between the two estimates otherwise. Counts of narrow bins are noisy, forces hardly
+/// more than those of wide ones; the two are combined bin by bin with the weights of the smallest
+/// variance. Forces count for whole bins in which centers can be; other bins, and runs without
+/// chains, have counts alone.
 ///
 /// Like every estimate by forces it assumes that the column is at rest.
 ///
@@ -45,7 +48,8 @@ pub struct BalancedDensityProfile {
     particles: f64,
     incomplete: u64,
     weights: Vec<f64>,
-    /// Scratch for what is averaged: numbers in bins, weights over T on bins, Σ s q in bins; path, and spheres at the open end.
+    /// Scratch for what is averaged: numbers in bins, weights over T on bins, Σ s q in bins; path,
+    /// and spheres at the open end.
     sample: Vec<f64>,
     averages: BlockAverages,
 }
@@ -240,7 +244,8 @@ mod tests {
     use crate::temperature::Isothermal;
     use crate::{Field, Scene, Simulation};
 
-    /// Mean square of (difference of the two profiles)/(error of that), and of the ratio of their errors.
+    /// Mean square of (difference of the two profiles)/(error of that), and of the ratio of their
+    /// errors.
     fn compare(field: impl Field + Clone, height: f64, bins: Bins) -> [f64; 2] {
         let slab = Slab::new(height, 4.0, 4.0).unwrap();
         let scene = Scene::new(slab, 120, field, Isothermal::new(4.0).unwrap()).unwrap();
@@ -261,7 +266,8 @@ mod tests {
         for (balanced, counted) in rows.filter(|(_, counted)| counted.number_density.mean > 0.02) {
             let [one, other] = [balanced.number_density, counted.number_density];
             let ratio = one.standard_error / other.standard_error;
-            // Of an optimal mean and one of its parts, the variance of the difference is that of the variances.
+            // Of an optimal mean and one of its parts, the variance of the difference is that of the
+            // variances.
             let variance = other.standard_error * other.standard_error * (1.0 - ratio * ratio).max(0.05);
             sums[0] += (one.mean - other.mean) * (one.mean - other.mean) / variance;
             sums[1] += ratio;

@@ -29,8 +29,8 @@ const MAXIMUM_STRETCHES: usize = 1 << 20;
 /// # Errors
 /// Constructors that take bins return
 /// - [`Error::InvalidBins`] unless there are between 1 and [`MAXIMUM_BINS`] bins,
-/// - [`Error::InvalidParameter`] for a width that is not positive or above the range, and unless
-///   0 ≤ lowest < highest ≤ height of the slab.
+/// - [`Error::InvalidParameter`] for a width that is not positive or above the range, and unless 0
+///   ≤ lowest < highest ≤ height of the slab.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bins {
     size: Size,
@@ -166,8 +166,8 @@ impl HeightBins {
         if accessible > 1e-9 { accessible.min(1.0) * self.volume() } else { 0.0 }
     }
 
-    /// The same heights in narrower bins, at most `width` high, a whole number of which make up one of these; as many as
-    /// [`MAXIMUM_STRETCHES`] allows.
+    /// The same heights in narrower bins, at most `width` high, a whole number of which make up one
+    /// of these; as many as [`MAXIMUM_STRETCHES`] allows.
     pub(super) fn divided(&self, width: f64) -> Self {
         let extent = 1.0 / self.per_diameter;
         // At least 1 and at most the limit.

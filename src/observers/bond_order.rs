@@ -17,19 +17,22 @@ pub enum Structure {
     Fluid,
 }
 
-/// Bond-orientational order around every sphere of a configuration, which tells fcc from hcp from fluid.
+/// Bond-orientational order around every sphere of a configuration, which tells fcc from hcp from
+/// fluid.
 ///
-/// The invariants q₆ and w₄ of Steinhardt, Nelson and Ronchetti (doi:10.1103/PhysRevB.28.784), of bonds to the twelve
-/// nearest spheres, after the harmonics are averaged over the sphere and these twelve (Lechner
-/// and Dellago, doi:10.1063/1.2977970): crystal where the averaged q₆ is above 0.3, then fcc where the averaged w₄ is
-/// below −0.04, and else hcp.
+/// The invariants q₆ and w₄ of Steinhardt, Nelson and Ronchetti (doi:10.1103/PhysRevB.28.784), of
+/// bonds to the twelve nearest spheres, after the harmonics are averaged over the sphere and these
+/// twelve (Lechner and Dellago, doi:10.1063/1.2977970): crystal where the averaged q₆ is above 0.3,
+/// then fcc where the averaged w₄ is below −0.04, and else hcp.
 ///
 /// # Why this, and how well
-/// Stackings are mixed, so averages mix too: a perfect hcp layer has w₄ = 0.134 between hcp layers, 0.05 between one of
-/// each kind, and 0.01 between fcc and a wall; a perfect fcc layer −0.159 between fcc layers and −0.103 between hcp
-/// layers. The limit lies between these, and not at 0, which is right for crystals of one kind only.
+/// Stackings are mixed, so averages mix too: a perfect hcp layer has w₄ = 0.134 between hcp layers,
+/// 0.05 between one of each kind, and 0.01 between fcc and a wall; a perfect fcc layer −0.159
+/// between fcc layers and −0.103 between hcp layers. The limit lies between these, and not at 0,
+/// which is right for crystals of one kind only.
 ///
-/// Measured in crystals of hard spheres, six stackings, faults and random ones included, of every surrounding of a layer:
+/// Measured in crystals of hard spheres, six stackings, faults and random ones included, of every
+/// surrounding of a layer:
 ///
 /// | packing fraction | fcc layers between fcc, mixed, hcp | hcp layers between hcp, fcc, mixed | second layer at a wall, worst case |
 /// |---|---|---|---|
@@ -37,15 +40,17 @@ pub enum Structure {
 /// | 0.58 | 100, 100, 99.5 % | 100, 100, 99.97 % | 94 % |
 /// | 0.64 | all | all | 99.9 % |
 ///
-/// Of a fluid just below freezing (P/T = 10 to 11) less than 0.5 % has q₆ above 0.3, in the second layer at a wall 1 %; of crystals at melting
-/// less than 0.1 % has it below. In the same crystals adaptive common-neighbor analysis
-/// (doi:10.1088/0965-0393/20/4/045021) recognizes only two thirds of the spheres at melting, and w₄ that is not averaged
-/// takes a quarter of the hcp spheres there for fcc.
+/// Of a fluid just below freezing (P/T = 10 to 11) less than 0.5 % has q₆ above 0.3, in the second
+/// layer at a wall 1 %; of crystals at melting less than 0.1 % has it below. In the same crystals
+/// adaptive common-neighbor analysis (doi:10.1088/0965-0393/20/4/045021) recognizes only two thirds
+/// of the spheres at melting, and w₄ that is not averaged takes a quarter of the hcp spheres there
+/// for fcc.
 ///
 /// # At the walls
-/// The spheres of the layer at a wall (centers less than half a diameter above the lowest place) lack the neighbors on
-/// one side. They are not classified, and left out of the averages of others; [`HexaticOrder`](super::HexaticOrder) is for
-/// them. The second layer has all its neighbors and is classified.
+/// The spheres of the layer at a wall (centers less than half a diameter above the lowest place)
+/// lack the neighbors on one side. They are not classified, and left out of the averages of others;
+/// [`HexaticOrder`](super::HexaticOrder) is for them. The second layer has all its neighbors and is
+/// classified.
 ///
 /// ```
 /// use gradient_mc::observers::{BondOrder, Structure};
@@ -78,8 +83,8 @@ pub struct BondOrder {
 
 /// Neighbors in a close packing.
 const NEAREST: usize = 12;
-/// The twelve nearest are farther only where the packing fraction is well below that of a crystal; and slabs are at
-/// least twice as wide.
+/// The twelve nearest are farther only where the packing fraction is well below that of a crystal;
+/// and slabs are at least twice as wide.
 const RADIUS: f64 = 1.5;
 /// Averaged q₆ above which a sphere is in a crystal.
 const LEAST_CRYSTALLINE: f64 = 0.3;
@@ -203,8 +208,8 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
-    /// Close-packed layers of nearest distance `spacing`, stacked as the letters say, and each displaced at random up to
-    /// `jitter` along every axis.
+    /// Close-packed layers of nearest distance `spacing`, stacked as the letters say, and each
+    /// displaced at random up to `jitter` along every axis.
     fn stacked(letters: &str, spacing: f64, jitter: f64) -> (Slab, Vec<Vector3<f64>>) {
         let (columns, rows) = (6, 4);
         let row = spacing * 3.0_f64.sqrt();
@@ -238,7 +243,8 @@ mod tests {
         (slab, positions)
     }
 
-    /// Fraction of spheres for which `structure` is what the stacking says, of all layers that have two neighbors.
+    /// Fraction of spheres for which `structure` is what the stacking says, of all layers that have
+    /// two neighbors.
     fn recognized(letters: &str, spacing: f64, jitter: f64) -> f64 {
         let (slab, positions) = stacked(letters, spacing, jitter);
         let mut order = BondOrder::new(&slab);
@@ -280,8 +286,8 @@ mod tests {
         }
     }
 
-    /// Independent displacements, which disturb bonds more than those of a crystal, where neighbors move
-    /// together; for these see `tests/suite/structure.rs`.
+    /// Independent displacements, which disturb bonds more than those of a crystal, where neighbors
+    /// move together; for these see `tests/suite/structure.rs`.
     #[test]
     fn crystals_with_noise_are_recognized() {
         for letters in STACKINGS {

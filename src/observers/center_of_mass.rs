@@ -7,8 +7,8 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Warning};
 
 /// The series of the height `h_c` of the center of mass, frame by frame.
 ///
-/// Its constancy is the paper's criterion of a steady state (doi:10.1103/PhysRevE.83.061306, figs. 2
-/// and 7), and its fluctuations in an isothermal column in a uniform field are a response:
+/// Its constancy is the paper's criterion of a steady state (doi:10.1103/PhysRevE.83.061306, figs.
+/// 2 and 7), and its fluctuations in an isothermal column in a uniform field are a response:
 /// Var(h) = (T²/N) dh/dT exactly.
 ///
 /// Sixteen bytes are kept per frame. Wrap it in [`Every`](crate::Every) to keep fewer.
@@ -66,8 +66,8 @@ impl CenterOfMass {
             .filter(|heights| !heights.is_empty())
     }
 
-    /// An estimate from every run, averaged with the runs' lengths as weights; the error is at least
-    /// that of their scatter, where it is more than the errors of the runs explain.
+    /// An estimate from every run, averaged with the runs' lengths as weights; the error is at
+    /// least that of their scatter, where it is more than the errors of the runs explain.
     fn pooled(&self, estimate: impl Fn(&[f64]) -> Result<Estimate, Error>) -> Result<Estimate, Error> {
         let estimate =
             |run: &[f64]| estimate(run).map_err(|error| said("frames for the center of mass", error));
@@ -127,8 +127,8 @@ impl CenterOfMass {
         self.pooled(statistics::drift)
     }
 
-    /// Variance of the height, averaged over replicas; see [`variance`](statistics::variance()). Every
-    /// replica's is taken about its own mean.
+    /// Variance of the height, averaged over replicas; see [`variance`](statistics::variance()).
+    /// Every replica's is taken about its own mean.
     ///
     /// # Errors
     /// [`Error::TooFewObservations`] if a replica has fewer than 16 frames.
@@ -146,8 +146,8 @@ impl CenterOfMass {
         statistics::autocorrelation(&self.series.heights).map_err(|error| said(what, error))
     }
 
-    /// Where the steady state begins in this series, as the data have it; merged replicas are not included. See
-    /// [`equilibration`](statistics::equilibration()).
+    /// Where the steady state begins in this series, as the data have it; merged replicas are not
+    /// included. See [`equilibration`](statistics::equilibration()).
     ///
     /// # Errors
     /// Those of [`equilibration`](statistics::equilibration()).

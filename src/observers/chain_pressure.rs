@@ -5,30 +5,31 @@ use super::one_run::OneRun;
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Collision, Error, Frame, Merge, Observer, ObserverError, Recorder, Slab};
 
-/// The pressures `P_xx(x)` and `P_yy(x)` = `P_zz(x)` of a simulation by event chains, from the collisions of
-/// the chains: an estimate that does not use the weight of the column.
+/// The pressures `P_xx(x)` and `P_yy(x)` = `P_zz(x)` of a simulation by event chains, from the
+/// collisions of the chains: an estimate that does not use the weight of the column.
 ///
-/// A chain visits every sphere with the same probability and collides with its neighbors at the rate at
-/// which they are found in contact, so that collisions sample the virial (homogeneous systems:
-/// Michel, Kapfer and Krauth, doi:10.1063/1.4863991). Resolved by height, with the momentum that a
-/// collision transfers spread along the line between the centers (Irving and Kirkwood), the
-/// pressure in a bin of width w is
+/// A chain visits every sphere with the same probability and collides with its neighbors at the
+/// rate at which they are found in contact, so that collisions sample the virial (homogeneous
+/// systems: Michel, Kapfer and Krauth, doi:10.1063/1.4863991). Resolved by height, with the
+/// momentum that a collision transfers spread along the line between the centers (Irving and
+/// Kirkwood), the pressure in a bin of width w is
 ///
 /// P/T = n + N/(A w ℓ) Σ s q,
 ///
-/// summed over the collisions of all chains along the axis, whose lengths add up to ℓ; s is the separation
-/// of the two centers along that axis, and q the part of the line between them that lies in
-/// the bin. For a scene whose temperature varies, P/T is what the isothermal system on which the scene is
-/// mapped obeys at every height. So every sphere counts with the T of its height, and every part of a line with that
-/// of its own, read in the middle of stretches of at most an eighth of a diameter: P is the mean over the bin, however
-/// wide that is.
+/// summed over the collisions of all chains along the axis, whose lengths add up to ℓ; s is the
+/// separation of the two centers along that axis, and q the part of the line between them that lies
+/// in the bin. For a scene whose temperature varies, P/T is what the isothermal system on which the
+/// scene is mapped obeys at every height. So every sphere counts with the T of its height, and
+/// every part of a line with that of its own, read in the middle of stretches of at most an eighth
+/// of a diameter: P is the mean over the bin, however wide that is.
 ///
-/// No center lies within half a diameter of a wall, and the walls bear what is missing there: pressures are means over
-/// the part of a bin in which centers can be, and NaN in a bin that has none.
+/// No center lies within half a diameter of a wall, and the walls bear what is missing there:
+/// pressures are means over the part of a bin in which centers can be, and NaN in a bin that has
+/// none.
 ///
-/// Force balance makes the normal pressure equal to the weight of the column at every height, layers at the
-/// walls included, once the column is in equilibrium: the two together test that it is. The lateral
-/// pressure differs from it where the fluid is layered.
+/// Force balance makes the normal pressure equal to the weight of the column at every height,
+/// layers at the walls included, once the column is in equilibrium: the two together test that it
+/// is. The lateral pressure differs from it where the fluid is layered.
 #[derive(Debug, Clone)]
 pub struct ChainPressureProfile {
     run: OneRun,
@@ -37,11 +38,12 @@ pub struct ChainPressureProfile {
     stretches: HeightBins,
     /// Of the scene in the middles of the stretches; empty before the first frame.
     temperatures: Vec<f64>,
-    /// Of the interval under way: Σ s q of vertical and of lateral chains in all stretches, and the two path lengths.
+    /// Of the interval under way: Σ s q of vertical and of lateral chains in all stretches, and the
+    /// two path lengths.
     collisions: Vec<f64>,
     paths: [f64; 2],
-    /// Scratch for what is averaged: Σ T s q of vertical and of lateral chains in all bins, Σ T of spheres in all bins,
-    /// and the two path lengths.
+    /// Scratch for what is averaged: Σ T s q of vertical and of lateral chains in all bins, Σ T of
+    /// spheres in all bins, and the two path lengths.
     sample: Vec<f64>,
     particles: f64,
     /// Sweeps that ended with an error, up to the last frame.
@@ -108,8 +110,8 @@ impl ChainPressureProfile {
         self.averages.observations()
     }
 
-    /// The profile, upwards, with errors by the jackknife. A pressure is NaN if no chain ran along its
-    /// axes, or if no center can be in the bin.
+    /// The profile, upwards, with errors by the jackknife. A pressure is NaN if no chain ran along
+    /// its axes, or if no center can be in the bin.
     ///
     /// # Errors
     /// [`Error::TooFewObservations`] below 16 frames.
@@ -122,8 +124,9 @@ impl ChainPressureProfile {
             .collect())
     }
 
-    /// Any function of the pressures of all bins, upwards, with errors by the jackknife over blocks: means over groups of
-    /// bins, differences from the weight of the column, fits. `function` must return the same number of values each time.
+    /// Any function of the pressures of all bins, upwards, with errors by the jackknife over
+    /// blocks: means over groups of bins, differences from the weight of the column, fits.
+    /// `function` must return the same number of values each time.
     ///
     /// # Errors
     /// [`Error::TooFewObservations`] below 16 frames.

@@ -64,8 +64,8 @@ impl DensityProfile {
         self.averages.observations()
     }
 
-    /// Mean number density of every bin, upwards, without errors: for a running simulation. NaN before
-    /// the first frame.
+    /// Mean number density of every bin, upwards, without errors: for a running simulation. NaN
+    /// before the first frame.
     #[must_use]
     pub fn means(&self) -> Vec<f64> {
         let volume = self.bins.volume();
@@ -90,10 +90,11 @@ impl DensityProfile {
         Ok(points.collect())
     }
 
-    /// Warnings about single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base up
-    /// to where 1 % of the spheres seen is left. Above that, and in a vacuum, bins are empty by right.
-    /// [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than 2.5 independent
-    /// configurations, as a run is judged; [`Warning::ReplicasDisagree`] where merged replicas do.
+    /// Warnings about single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base
+    /// up to where 1 % of the spheres seen is left. Above that, and in a vacuum, bins are empty
+    /// by right. [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than
+    /// 2.5 independent configurations, as a run is judged; [`Warning::ReplicasDisagree`] where
+    /// merged replicas do.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         diagnostics::of_bins(&self.bins, &self.averages)

@@ -5,16 +5,18 @@ use crate::Warning;
 use crate::statistics::{BlockAverages, FEWEST_INDEPENDENT, MINIMUM_BLOCKS};
 use crate::warning::Disagreement;
 
-/// Bins above the lowest so many of all spheres are the thin top of the column, where some are empty by right.
+/// Bins above the lowest so many of all spheres are the thin top of the column, where some are
+/// empty by right.
 const COLUMN: f64 = 0.99;
 
 /// Parts of the column, each with a memory of its own.
 const PARTS: usize = 4;
 
-/// What is wrong with bins whose counts are the first components of `averages`; each further kind of
-/// component has one for every bin.
+/// What is wrong with bins whose counts are the first components of `averages`; each further kind
+/// of component has one for every bin.
 ///
-/// Judged are the bins in which a center can be, from the base up to where 1 % of the spheres seen is left.
+/// Judged are the bins in which a center can be, from the base up to where 1 % of the spheres seen
+/// is left.
 pub(super) fn of_bins(bins: &HeightBins, averages: &BlockAverages) -> Vec<Warning> {
     let mut counts = averages.mean();
     counts.truncate(bins.count());
@@ -77,9 +79,11 @@ pub(super) fn of_bins(bins: &HeightBins, averages: &BlockAverages) -> Vec<Warnin
     warnings
 }
 
-/// Bins so wide that the equation of state of their means is not that of any height in them; the worst.
+/// Bins so wide that the equation of state of their means is not that of any height in them; the
+/// worst.
 ///
-/// Over a bin in which ln n changes by Δ and ln T by Θ, the mean of nTZ is off by some (Δ² + 2 |ΔΘ|)/24 of itself.
+/// Over a bin in which ln n changes by Δ and ln T by Θ, the mean of nTZ is off by some (Δ² + 2
+/// |ΔΘ|)/24 of itself.
 pub(super) fn too_wide(bins: &HeightBins, averages: &BlockAverages, temperatures: &[f64]) -> Option<Warning> {
     /// Narrower ones resolve the layers at a wall, where no local equation holds anyway.
     const LAYER: f64 = 1.0;

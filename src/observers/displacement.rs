@@ -9,15 +9,16 @@ use crate::{AcceptedMove, Error, Frame, Merge, MoveCounts, Observer, ObserverErr
 ///
 /// The paper's local mobility is the mean length of accepted displacements in a bin
 /// (doi:10.1103/PhysRevE.83.061306, figs. 5, 12 and 15): it drops where the system freezes. Since
-/// it leaves out how seldom a move is accepted, the path and the number of accepted moves per sphere
-/// and sweep are measured too.
+/// it leaves out how seldom a move is accepted, the path and the number of accepted moves per
+/// sphere and sweep are measured too.
 ///
-/// Lengths are those of the moves in use: the paper's are of local moves with S = 0.75, and 0.25 in the strongest field.
+/// Lengths are those of the moves in use: the paper's are of local moves with S = 0.75, and 0.25 in
+/// the strongest field.
 ///
-/// Accepted moves are counted as they happen, the spheres of a bin when a frame is observed. What is
-/// observed is therefore *intervals*: the moves since the previous frame. Moves before the first frame
-/// count for nothing, nor does an interval in which the simulation ran without this observer or a sweep ended with an
-/// error.
+/// Accepted moves are counted as they happen, the spheres of a bin when a frame is observed. What
+/// is observed is therefore *intervals*: the moves since the previous frame. Moves before the first
+/// frame count for nothing, nor does an interval in which the simulation ran without this observer
+/// or a sweep ended with an error.
 #[derive(Debug, Clone)]
 pub struct DisplacementProfile {
     run: OneRun,
@@ -42,11 +43,11 @@ pub struct DisplacementPoint {
     /// Mean length of an accepted displacement, in diameters: the paper's Δr per Monte Carlo step.
     /// NaN where none was accepted.
     pub mean_displacement: Estimate,
-    /// Length of the path of a sphere in one sweep: the sum of its accepted displacements. NaN where
-    /// no sphere was seen.
+    /// Length of the path of a sphere in one sweep: the sum of its accepted displacements. NaN
+    /// where no sphere was seen.
     pub path_per_sweep: Estimate,
-    /// Accepted moves of a sphere in one sweep; for local moves, one trial per sphere and sweep, this
-    /// is the acceptance at this height. NaN where no sphere was seen.
+    /// Accepted moves of a sphere in one sweep; for local moves, one trial per sphere and sweep,
+    /// this is the acceptance at this height. NaN where no sphere was seen.
     pub accepted_per_sweep: Estimate,
 }
 

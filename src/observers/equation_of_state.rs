@@ -8,19 +8,20 @@ use crate::equation_of_state::{EquationOfState, packing_fraction};
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Error, Frame, Merge, Observer, ObserverError, Slab, Warning};
 
-/// Density and pressure in the same bins of the same frames, so that P/(nT) comes with an error that
-/// knows how the two are correlated.
+/// Density and pressure in the same bins of the same frames, so that P/(nT) comes with an error
+/// that knows how the two are correlated.
 ///
 /// Density and pressure are means over bins as in [`DensityProfile`](super::DensityProfile) and
-/// [`PressureProfile`](super::PressureProfile); the temperature is that of the scene at the middle of the bin.
-/// Comparing such means with a local equation of state P = n T Z(η) neglects curvature within a bin,
-/// of relative order (Δx d ln n/dx)²/24: 2·10⁻⁵ for bins of half a diameter and a density that falls by
-/// e in 20 diameters; and that density and temperature change together, Δx² (d ln n/dx)(d ln T/dx)/12
-/// ([`warnings`](Self::warnings)). It also holds only where the density varies slowly over a diameter: not in
-/// the layers at the base, nor in a bin that reaches over the half diameter at a wall where no center can be.
+/// [`PressureProfile`](super::PressureProfile); the temperature is that of the scene at the middle
+/// of the bin. Comparing such means with a local equation of state P = n T Z(η) neglects curvature
+/// within a bin, of relative order (Δx d ln n/dx)²/24: 2·10⁻⁵ for bins of half a diameter and a
+/// density that falls by e in 20 diameters; and that density and temperature change together, Δx²
+/// (d ln n/dx)(d ln T/dx)/12 ([`warnings`](Self::warnings)). It also holds only where the density
+/// varies slowly over a diameter: not in the layers at the base, nor in a bin that reaches over the
+/// half diameter at a wall where no center can be.
 ///
-/// Where a bin was always empty, what is divided by its density is NaN; where only one block of frames
-/// saw a sphere in it, the error is.
+/// Where a bin was always empty, what is divided by its density is NaN; where only one block of
+/// frames saw a sphere in it, the error is.
 #[derive(Debug, Clone)]
 pub struct EquationOfStateProfile {
     run: OneRun,
@@ -78,8 +79,8 @@ pub struct DeviationPoint {
     pub height: f64,
     /// Packing fraction πn/6.
     pub packing_fraction: Estimate,
-    /// P/(n T Z(η)) − 1 with sign; its error, by the jackknife, includes that of the η at which Z is
-    /// taken. The paper's δ (eq. 33) is the magnitude.
+    /// P/(n T Z(η)) − 1 with sign; its error, by the jackknife, includes that of the η at which Z
+    /// is taken. The paper's δ (eq. 33) is the magnitude.
     pub deviation: Estimate,
 }
 
@@ -102,8 +103,9 @@ impl EquationOfStateProfile {
         })
     }
 
-    /// Sets the pressure on the wall at the [open end](crate::Scene::open_end), a number that is exact or an estimate; it may be set after
-    /// the run, since it is added to the results. Its error is taken to have nothing to do with that of the weights.
+    /// Sets the pressure on the wall at the [open end](crate::Scene::open_end), a number that is
+    /// exact or an estimate; it may be set after the run, since it is added to the results. Its
+    /// error is taken to have nothing to do with that of the weights.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] unless finite.
@@ -124,8 +126,9 @@ impl EquationOfStateProfile {
         (density, pressure)
     }
 
-    /// A function of the averages of all bins and the pressure at the open end, with errors by the jackknife and, to first
-    /// order, by that of this pressure; rows as of [`BlockAverages::jackknife_of_rows`].
+    /// A function of the averages of all bins and the pressure at the open end, with errors by the
+    /// jackknife and, to first order, by that of this pressure; rows as of
+    /// [`BlockAverages::jackknife_of_rows`].
     fn estimates<R: AsRef<[f64]>>(
         &self,
         reaches: &[usize],
@@ -205,11 +208,12 @@ impl EquationOfStateProfile {
         Ok(points.collect())
     }
 
-    /// Warnings about single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base up
-    /// to where 1 % of the spheres seen is left. Above that, and in a vacuum, bins are empty by right.
-    /// [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than 2.5 independent
-    /// configurations, as a run is judged; [`Warning::ReplicasDisagree`] where merged replicas do. [`Warning::WideBins`] where the
-    /// density changes too much within one. [`Warning::LidTooLow`] if the wall at the open end bears a part of the largest pressure, and
+    /// Warnings about single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base
+    /// up to where 1 % of the spheres seen is left. Above that, and in a vacuum, bins are empty
+    /// by right. [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than
+    /// 2.5 independent configurations, as a run is judged; [`Warning::ReplicasDisagree`] where
+    /// merged replicas do. [`Warning::WideBins`] where the density changes too much within one.
+    /// [`Warning::LidTooLow`] if the wall at the open end bears a part of the largest pressure, and
     /// nobody has set how much.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
@@ -222,8 +226,9 @@ impl EquationOfStateProfile {
         warnings
     }
 
-    /// Any function of the states of all bins, upwards, with errors by the jackknife over blocks: means over groups of
-    /// bins, fits, integrals. `function` must return the same number of values each time.
+    /// Any function of the states of all bins, upwards, with errors by the jackknife over blocks:
+    /// means over groups of bins, fits, integrals. `function` must return the same number of
+    /// values each time.
     ///
     /// ```
     /// use gradient_mc::observers::{Bins, BinState, EquationOfStateProfile};
@@ -260,10 +265,11 @@ impl EquationOfStateProfile {
         })
     }
 
-    /// Deviations from an equation of state over ranges of heights: the sum of P over that of n T Z, less 1,
-    /// of the bins whose middles lie in `[low, high)`. NaN where there are none.
+    /// Deviations from an equation of state over ranges of heights: the sum of P over that of n T
+    /// Z, less 1, of the bins whose middles lie in `[low, high)`. NaN where there are none.
     ///
-    /// Sums of narrow bins have neither their noise nor the curvature that a wide bin averages over.
+    /// Sums of narrow bins have neither their noise nor the curvature that a wide bin averages
+    /// over.
     ///
     /// # Errors
     /// [`Error::TooFewObservations`] below 16 frames.
@@ -287,8 +293,8 @@ impl EquationOfStateProfile {
         self.jackknife(|states| ranges.iter().map(|&range| over(states, range)).collect::<Vec<f64>>())
     }
 
-    /// A function of packing fraction, density, pressure and temperature for every bin, with its error;
-    /// NaN where there never was a sphere.
+    /// A function of packing fraction, density, pressure and temperature for every bin, with its
+    /// error; NaN where there never was a sphere.
     fn ratios(&self, function: impl Fn(f64, f64, f64, f64) -> f64) -> Result<Vec<Estimate>, Error> {
         self.estimates(&[super::ALIKE_COUNTS], |means, end| {
             let states = self.temperatures.iter().enumerate().map(|(bin, &temperature)| {
@@ -392,8 +398,8 @@ mod tests {
         }
     }
 
-    /// Frames of independent ideal particles, which obey P = nT exactly also for means over bins, since P
-    /// and n are proportional.
+    /// Frames of independent ideal particles, which obey P = nT exactly also for means over bins,
+    /// since P and n are proportional.
     fn ideal_gas(frames: u64, seed: u64) -> EquationOfStateProfile {
         let mut scene = Scene::new(200.0, &[]);
         let mut profile =

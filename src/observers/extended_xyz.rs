@@ -13,8 +13,9 @@ use std::io::{Seek as _, SeekFrom};
 /// read back as the same bits, and spheres keep their places in all frames. [`Every`](crate::Every)
 /// writes fewer frames.
 ///
-/// With the feature `checkpoint`, one that writes to a file can be part of a run that goes on where it was stopped. Open the
-/// file by `File::options().create(true).append(true)`, which keeps what is there.
+/// With the feature `checkpoint`, one that writes to a file can be part of a run that goes on where
+/// it was stopped. Open the file by `File::options().create(true).append(true)`, which keeps what
+/// is there.
 ///
 /// A frame is handed to the writer at once, and then flushed: a file needs no buffer. What the
 /// writer returns ends the run as the error of an observer.
@@ -70,7 +71,8 @@ impl<W: Write> Observer for ExtendedXyz<W> {
     }
 }
 
-/// Only of files: a checkpoint keeps how long the file is, and a run that goes on cuts off what was written later.
+/// Only of files: a checkpoint keeps how long the file is, and a run that goes on cuts off what was
+/// written later.
 #[cfg(feature = "checkpoint")]
 impl crate::checkpoint::Persist for ExtendedXyz<std::fs::File> {
     fn persist(&mut self, archive: &mut crate::checkpoint::Archive<'_>) -> Result<(), crate::Error> {

@@ -7,12 +7,13 @@ use super::radial_distribution::in_the_plane;
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
 
-/// Hexatic order of the spheres in a range of heights: ψ₆ = mean of e^{6iθ} over the directions θ of a sphere's neighbors
-/// in the plane (Nelson and Halperin, doi:10.1103/PhysRevB.19.2457).
+/// Hexatic order of the spheres in a range of heights: ψ₆ = mean of e^{6iθ} over the directions θ
+/// of a sphere's neighbors in the plane (Nelson and Halperin, doi:10.1103/PhysRevB.19.2457).
 ///
-/// For the layer at a wall, where [`BondOrder`](super::BondOrder) cannot say anything. Neighbors of a sphere are the
-/// others of the range within a lateral distance; their number must not depend much on it, so it should lie in the first
-/// minimum of g(r), and the range should hold the whole layer, 0.5 to 1 for the first.
+/// For the layer at a wall, where [`BondOrder`](super::BondOrder) cannot say anything. Neighbors of
+/// a sphere are the others of the range within a lateral distance; their number must not depend
+/// much on it, so it should lie in the first minimum of g(r), and the range should hold the whole
+/// layer, 0.5 to 1 for the first.
 ///
 /// ```
 /// use gradient_mc::observers::HexaticOrder;
@@ -33,11 +34,12 @@ pub struct HexaticOrder {
 }
 
 impl HexaticOrder {
-    /// Spheres at heights from `low` to `high`, neighbors within the lateral distance `neighbor_distance`.
+    /// Spheres at heights from `low` to `high`, neighbors within the lateral distance
+    /// `neighbor_distance`.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] unless 0 ≤ low < high ≤ height of the slab, or for a distance that is not
-    /// positive or above half the smaller width.
+    /// [`Error::InvalidParameter`] unless 0 ≤ low < high ≤ height of the slab, or for a distance
+    /// that is not positive or above half the smaller width.
     pub fn new(slab: &Slab, low: f64, high: f64, neighbor_distance: f64) -> Result<Self, Error> {
         Ok(Self {
             run: OneRun::in_slab(slab),
@@ -53,8 +55,8 @@ impl HexaticOrder {
         self.averages.observations()
     }
 
-    /// Mean |ψ₆| of a sphere: 1 if its neighbors are at multiples of 60°, whatever the orientation. A sphere without
-    /// neighbors counts as 0; NaN if no sphere was seen.
+    /// Mean |ψ₆| of a sphere: 1 if its neighbors are at multiples of 60°, whatever the orientation.
+    /// A sphere without neighbors counts as 0; NaN if no sphere was seen.
     ///
     /// # Errors
     /// [`Error::TooFewObservations`] below 16 frames.
@@ -62,8 +64,8 @@ impl HexaticOrder {
         self.ratio(1)
     }
 
-    /// Mean |Σψ₆|/M of the M spheres of a frame: near 1 if all share one orientation, of order 1/√M if order does not
-    /// reach far.
+    /// Mean |Σψ₆|/M of the M spheres of a frame: near 1 if all share one orientation, of order 1/√M
+    /// if order does not reach far.
     ///
     /// # Errors
     /// [`Error::TooFewObservations`] below 16 frames.

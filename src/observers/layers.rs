@@ -9,8 +9,9 @@ use crate::statistics::Estimate;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Layer {
-    /// Height of the peak: the centroid of what rises above half way from the higher of the minima beside it. A peak in the bin where centers begin is
-    /// the contact peak at the wall, and there its position is that height, without error.
+    /// Height of the peak: the centroid of what rises above half way from the higher of the minima
+    /// beside it. A peak in the bin where centers begin is the contact peak at the wall, and
+    /// there its position is that height, without error.
     pub position: Estimate,
     /// Distance from the position of the layer below; NaN for the lowest.
     pub spacing: Estimate,
@@ -24,15 +25,15 @@ pub struct Layer {
     pub maximum_density: Estimate,
     /// Number density of the lowest bin between this layer and the next; NaN for the uppermost.
     pub minimum_density: Estimate,
-    /// (`n_max` − `n_min`)/(`n_max` + `n_min`) with the minimum above: how clear the layer is, from 0 to 1. NaN for
-    /// the uppermost.
+    /// (`n_max` − `n_min`)/(`n_max` + `n_min`) with the minimum above: how clear the layer is, from
+    /// 0 to 1. NaN for the uppermost.
     pub visibility: Estimate,
 }
 
 impl Layer {
-    /// A visibility at which layers can be told by eye in a plot of n(x): near the base of a column without noise (density
-    /// functional theory) it leaves five at T = 5, as in the paper (doi:10.1103/PhysRevE.83.061306, fig. 4), and three at
-    /// T = 15.
+    /// A visibility at which layers can be told by eye in a plot of n(x): near the base of a column
+    /// without noise (density functional theory) it leaves five at T = 5, as in the paper
+    /// (doi:10.1103/PhysRevE.83.061306, fig. 4), and three at T = 15.
     pub const CLEAR: f64 = 0.05;
 }
 
@@ -50,18 +51,19 @@ struct Window {
 }
 
 impl DensityProfile {
-    /// The layers, upwards; fine bins (0.05 diameters or less) and no edge of a bin below the lowest center serve
-    /// best.
+    /// The layers, upwards; fine bins (0.05 diameters or less) and no edge of a bin below the
+    /// lowest center serve best.
     ///
-    /// Two maxima are different layers if a minimum lies between them such that the visibility (`n_max` −
-    /// `n_min`)/(`n_max` + `n_min`) is at least `minimum_visibility` on both sides, and the difference
-    /// is five standard errors at least: what noise makes is no layer. So the number of clear layers is the number of
-    /// elements. It is zero where no minimum lies above the contact peak, as in a gas, whose
-    /// density falls from the wall on without layers. [`Layer::CLEAR`] is what the eye does.
+    /// Two maxima are different layers if a minimum lies between them such that the visibility
+    /// (`n_max` − `n_min`)/(`n_max` + `n_min`) is at least `minimum_visibility` on both sides,
+    /// and the difference is five standard errors at least: what noise makes is no layer. So
+    /// the number of clear layers is the number of elements. It is zero where no minimum lies
+    /// above the contact peak, as in a gas, whose density falls from the wall on without
+    /// layers. [`Layer::CLEAR`] is what the eye does.
     ///
-    /// The uppermost layer, which has no minimum above, is taken to reach as far above its peak as below. Which
-    /// bins belong to a layer is decided once, on the mean profile; errors are by the jackknife over blocks with
-    /// these bins.
+    /// The uppermost layer, which has no minimum above, is taken to reach as far above its peak as
+    /// below. Which bins belong to a layer is decided once, on the mean profile; errors are by
+    /// the jackknife over blocks with these bins.
     ///
     /// ```
     /// use gradient_mc::observers::{Bins, DensityProfile, Layer};
@@ -77,8 +79,8 @@ impl DensityProfile {
     /// ```
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 frames; [`Error::InvalidParameter`] unless the visibility is above 0
-    /// and below 1.
+    /// [`Error::TooFewObservations`] below 16 frames; [`Error::InvalidParameter`] unless the
+    /// visibility is above 0 and below 1.
     pub fn layers(&self, minimum_visibility: f64) -> Result<Vec<Layer>, Error> {
         if !(minimum_visibility > 0.0 && minimum_visibility < 1.0) {
             let requirement = "it must be above 0 and below 1";
@@ -161,8 +163,8 @@ fn measure(
     ]
 }
 
-/// Maxima that minima set apart, by one walk upwards: the highest bin so far is a maximum once the density has clearly
-/// fallen, and then the lowest a minimum once it has clearly risen.
+/// Maxima that minima set apart, by one walk upwards: the highest bin so far is a maximum once the
+/// density has clearly fallen, and then the lowest a minimum once it has clearly risen.
 fn windows(points: &[DensityPoint], minimum_visibility: f64) -> Vec<Window> {
     const STANDARD_ERRORS: f64 = 5.0;
 
@@ -192,8 +194,8 @@ fn windows(points: &[DensityPoint], minimum_visibility: f64) -> Vec<Window> {
         }
     }
     if !windows.is_empty() {
-        // Without a minimum above, the uppermost layer is taken to reach as far above its peak as below, and no farther than
-        // to where the density is that of its minimum below.
+        // Without a minimum above, the uppermost layer is taken to reach as far above its peak as below,
+        // and no farther than to where the density is that of its minimum below.
         let mirrored = (2 * highest + 1 - first).min(points.len());
         let floor = density(first);
         let end = (highest..mirrored).find(|&bin| density(bin) < floor).unwrap_or(mirrored);
@@ -211,8 +213,8 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
-    /// Layers of 25 spheres each, from the wall on, whose heights are the sum of four uniform numbers: nearly
-    /// Gaussian, with standard deviation `half_width`/√3.
+    /// Layers of 25 spheres each, from the wall on, whose heights are the sum of four uniform
+    /// numbers: nearly Gaussian, with standard deviation `half_width`/√3.
     fn layered(positions: &[f64], half_width: f64, frames: u64, seed: u64) -> DensityProfile {
         let mut generator = Pcg64Mcg::seed_from_u64(seed);
         let mut scene = Scene::new(20.0, &[]);

@@ -11,15 +11,16 @@
 //! | a trajectory for OVITO and others | as text [`ExtendedXyz`], binary [`Gsd`] |
 //! | for an observer of your own | [`Neighbors`] |
 //!
-//! All observe in one pass over the spheres (those of structure find neighbors as well, by cells, in a time proportional
-//! to their number), and their memory does not grow with the run (but for the
-//! series of [`CenterOfMass`]); all keep enough to give error bars that account for correlations in
-//! time; and independent replicas of one scene are pooled ([`Merge`](crate::Merge)). One that averages looks at one run: frames of
-//! another scene, or of a run that counts its sweeps anew, are refused ([`Error::AnotherRun`]).
+//! All observe in one pass over the spheres (those of structure find neighbors as well, by cells,
+//! in a time proportional to their number), and their memory does not grow with the run (but for
+//! the series of [`CenterOfMass`]); all keep enough to give error bars that account for
+//! correlations in time; and independent replicas of one scene are pooled
+//! ([`Merge`](crate::Merge)). One that averages looks at one run: frames of another scene, or of a
+//! run that counts its sweeps anew, are refused ([`Error::AnotherRun`]).
 //!
 //! Profiles are averages over bins of equal height. A bin of 0.1 diameters, as in the paper
-//! (doi:10.1103/PhysRevE.83.061306), resolves the layers near the base; what varies slowly is better
-//! measured in wider bins, up to a diameter.
+//! (doi:10.1103/PhysRevE.83.061306), resolves the layers near the base; what varies slowly is
+//! better measured in wider bins, up to a diameter.
 
 mod balanced_density;
 mod bins;

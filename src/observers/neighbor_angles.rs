@@ -9,14 +9,16 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
 
 /// Distribution g(θ) of the angles between neighbors, of the spheres in a range of heights.
 ///
-/// Neighbors of a sphere are the others of the range within a lateral distance, 1.2 diameters in the
-/// paper. Each of them in turn is the reference from which the angles to the others are counted, in the
-/// plane and counterclockwise, from 0 to 360 degrees. The paper says no more of its figure 11 than the
-/// distance and that the peaks are 60 degrees apart (doi:10.1103/PhysRevE.83.061306); so are those here in a hexagonal layer.
-/// Because of ordered pairs the distribution is the same at θ and 360° − θ.
+/// Neighbors of a sphere are the others of the range within a lateral distance, 1.2 diameters in
+/// the paper. Each of them in turn is the reference from which the angles to the others are
+/// counted, in the plane and counterclockwise, from 0 to 360 degrees. The paper says no more of its
+/// figure 11 than the distance and that the peaks are 60 degrees apart
+/// (doi:10.1103/PhysRevE.83.061306); so are those here in a hexagonal layer. Because of ordered
+/// pairs the distribution is the same at θ and 360° − θ.
 ///
-/// g is 1 where all angles are equally likely. Bins are centered on multiples of their width, the first on 0:
-/// with a number of bins that six divides, the angles of a perfect layer lie in the middle of bins.
+/// g is 1 where all angles are equally likely. Bins are centered on multiples of their width, the
+/// first on 0: with a number of bins that six divides, the angles of a perfect layer lie in the
+/// middle of bins.
 ///
 /// ```
 /// use gradient_mc::observers::NeighborAngles;
@@ -58,8 +60,8 @@ impl NeighborAngles {
     /// The paper's lateral distance within which spheres are neighbors.
     pub const NEIGHBOR_DISTANCE: f64 = 1.2;
 
-    /// Spheres at heights from `low` to `high`, neighbors within 1.2 diameters, and `bins` of equal width
-    /// over the full circle.
+    /// Spheres at heights from `low` to `high`, neighbors within 1.2 diameters, and `bins` of equal
+    /// width over the full circle.
     ///
     /// # Errors
     /// As [`with_neighbor_distance`](Self::with_neighbor_distance).
@@ -70,9 +72,9 @@ impl NeighborAngles {
     /// The same for neighbors within `neighbor_distance`.
     ///
     /// # Errors
-    /// [`Error::InvalidBins`] unless there are between 1 and [`MAXIMUM_BINS`](super::MAXIMUM_BINS) bins;
-    /// [`Error::InvalidParameter`] unless 0 ≤ low < high ≤ height of the slab, or for a distance that is not
-    /// positive or above half the smaller width.
+    /// [`Error::InvalidBins`] unless there are between 1 and [`MAXIMUM_BINS`](super::MAXIMUM_BINS)
+    /// bins; [`Error::InvalidParameter`] unless 0 ≤ low < high ≤ height of the slab, or for a
+    /// distance that is not positive or above half the smaller width.
     pub fn with_neighbor_distance(
         slab: &Slab,
         low: f64,

@@ -5,10 +5,10 @@ use nalgebra::Vector3;
 
 /// Finds the spheres around a sphere, for observers of structure.
 ///
-/// Spheres are sorted into cells about as wide as the search radius, so finding all neighbors of all
-/// spheres takes a time proportional to their number. Distances are to the nearest periodic image in y and
-/// z, and positions may be any images. Nothing is computed unless [`gather`](Self::gather) is called, and buffers are kept from one frame
-/// to the next.
+/// Spheres are sorted into cells about as wide as the search radius, so finding all neighbors of
+/// all spheres takes a time proportional to their number. Distances are to the nearest periodic
+/// image in y and z, and positions may be any images. Nothing is computed unless
+/// [`gather`](Self::gather) is called, and buffers are kept from one frame to the next.
 ///
 /// ```
 /// use gradient_mc::observers::Neighbors;
@@ -60,8 +60,8 @@ impl Neighbors {
     /// A finder of spheres whose centers are at most `radius` apart.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] unless the radius is positive and at most half the smaller width of the
-    /// slab: beyond that a sphere has two images to choose from.
+    /// [`Error::InvalidParameter`] unless the radius is positive and at most half the smaller width
+    /// of the slab: beyond that a sphere has two images to choose from.
     pub fn new(slab: &Slab, radius: f64) -> Result<Self, Error> {
         Error::require_positive("search radius", radius)?;
         if radius > half_width(slab) {
@@ -97,8 +97,8 @@ impl Neighbors {
         self.positions.len()
     }
 
-    /// Takes the positions among which to search, in place of those before: all of a frame, or those of a
-    /// layer. With all heights set to one value the search is in the plane.
+    /// Takes the positions among which to search, in place of those before: all of a frame, or
+    /// those of a layer. With all heights set to one value the search is in the plane.
     pub fn gather(&mut self, positions: impl IntoIterator<Item = Vector3<f64>>) {
         self.positions.clear();
         self.positions.extend(positions.into_iter().map(<[f64; 3]>::from));
@@ -166,8 +166,8 @@ impl Neighbors {
         (x * self.cells[1] + y) * self.cells[2] + z
     }
 
-    /// The spheres around one, itself not included, in an order that depends on the positions only. Nobody
-    /// is around a number that is not below [`count`](Self::count).
+    /// The spheres around one, itself not included, in an order that depends on the positions only.
+    /// Nobody is around a number that is not below [`count`](Self::count).
     pub fn of(&self, sphere: usize) -> impl Iterator<Item = Neighbor> + '_ {
         let center = self.positions.get(sphere).copied();
         let squared_radius = self.radius * self.radius;

@@ -5,8 +5,9 @@ use crate::{Error, Frame, Slab};
 /// Heights at which field and temperature are compared, in no even steps.
 const PROBES: usize = 8;
 
-/// What an observer knows of the run that it looks at, so that frames of another are refused: of another slab, number of
-/// spheres, field or temperature, and of a run that starts anew, whose sweep numbers do not go on.
+/// What an observer knows of the run that it looks at, so that frames of another are refused: of
+/// another slab, number of spheres, field or temperature, and of a run that starts anew, whose
+/// sweep numbers do not go on.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct OneRun {
     /// That the observer was made for.

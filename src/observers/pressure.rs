@@ -10,17 +10,18 @@ use crate::{Error, Frame, HydrostaticProfile, Merge, Observer, ObserverError, Sl
 ///
 /// P(x) = `P_end` + (1/A) Σ a(xᵢ) over the spheres with xᵢ > x
 ///
-/// (eq. 3 of doi:10.1103/PhysRevE.83.061306), which force balance makes the normal pressure at every
-/// height, layers at the walls included.
+/// (eq. 3 of doi:10.1103/PhysRevE.83.061306), which force balance makes the normal pressure at
+/// every height, layers at the walls included.
 ///
-/// In one configuration this is a step function of x, and its mean over a bin is computed exactly: a
-/// sphere in the bin counts with the fraction (xᵢ − low)/Δx of its weight. So there is no discretization
-/// error other than the averaging over the bin; a sum over binned densities times Δx, as eq. (3) is
-/// usually evaluated, has one.
+/// In one configuration this is a step function of x, and its mean over a bin is computed exactly:
+/// a sphere in the bin counts with the fraction (xᵢ − low)/Δx of its weight. So there is no
+/// discretization error other than the averaging over the bin; a sum over binned densities times
+/// Δx, as eq. (3) is usually evaluated, has one.
 ///
-/// `P_end` is what the wall at the [open end](crate::Scene::open_end) bears: zero for a column that ends before it (the
-/// default), T n(contact) there otherwise, which [`WallPressure`](super::WallPressure) measures. Where the field pulls up that wall is the base, and the
-/// sum is that of −a(xᵢ) over the spheres with xᵢ < x.
+/// `P_end` is what the wall at the [open end](crate::Scene::open_end) bears: zero for a column that
+/// ends before it (the default), T n(contact) there otherwise, which
+/// [`WallPressure`](super::WallPressure) measures. Where the field pulls up that wall is the base,
+/// and the sum is that of −a(xᵢ) over the spheres with xᵢ < x.
 ///
 /// ```
 /// use gradient_mc::observers::{Bins, PressureProfile};
@@ -71,8 +72,9 @@ impl PressureProfile {
         })
     }
 
-    /// Sets the pressure on the wall at the [open end](crate::Scene::open_end), a number that is exact or an estimate; it may be set after
-    /// the run, since it is added to the results. Its error is taken to have nothing to do with that of the weights.
+    /// Sets the pressure on the wall at the [open end](crate::Scene::open_end), a number that is
+    /// exact or an estimate; it may be set after the run, since it is added to the results. Its
+    /// error is taken to have nothing to do with that of the weights.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] unless finite.
@@ -86,15 +88,16 @@ impl PressureProfile {
         self.averages.observations()
     }
 
-    /// Mean pressure of every bin, upwards, without errors: for a running simulation. NaN before the
-    /// first frame.
+    /// Mean pressure of every bin, upwards, without errors: for a running simulation. NaN before
+    /// the first frame.
     #[must_use]
     pub fn means(&self) -> Vec<f64> {
         let (area, end) = (self.bins.base_area(), self.open_end.pressure().mean);
         self.averages.mean().into_iter().map(|weight| weight / area + end).collect()
     }
 
-    /// [`Warning::LidTooLow`] if the wall at the open end bears a part of the largest pressure, and nobody has set how much.
+    /// [`Warning::LidTooLow`] if the wall at the open end bears a part of the largest pressure, and
+    /// nobody has set how much.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let mut warnings = Vec::new();
@@ -182,8 +185,8 @@ impl OpenEnd {
         self.contacts += other.contacts;
     }
 
-    /// That the wall bears a part of the largest pressure, where the largest mean weight on a bin is `largest`, if nobody has
-    /// set how much.
+    /// That the wall bears a part of the largest pressure, where the largest mean weight on a bin
+    /// is `largest`, if nobody has set how much.
     pub(super) fn warning(&self, largest: f64, frames: u64) -> Option<Warning> {
         let (None, Some(lid)) = (self.pressure, self.height) else { return None };
         let contact = self.contacts / frames as f64;
@@ -193,9 +196,10 @@ impl OpenEnd {
     }
 }
 
-/// Sets `pressures` to the exact means over bins of the weight between a height and the open end (not yet divided by the
-/// area), where `weight` is that of a sphere by its height, using `weights` as scratch, and calls `count` with the bin of every
-/// sphere inside. Returns T n(contact) at the open end times the area.
+/// Sets `pressures` to the exact means over bins of the weight between a height and the open end
+/// (not yet divided by the area), where `weight` is that of a sphere by its height, using `weights`
+/// as scratch, and calls `count` with the bin of every sphere inside. Returns T n(contact) at the
+/// open end times the area.
 pub(super) fn weigh_column(
     frame: &Frame<'_>,
     bins: &HeightBins,

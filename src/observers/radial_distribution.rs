@@ -8,17 +8,20 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
 use nalgebra::Vector3;
 use std::f64::consts::PI;
 
-/// Lateral radial distribution function g(r) of the spheres in a range of heights, r = √(Δy² + Δz²).
+/// Lateral radial distribution function g(r) of the spheres in a range of heights, r = √(Δy² +
+/// Δz²).
 ///
 /// The mean number of spheres at a lateral distance between r₁ and r₂ of a sphere, over the number
 /// ρ π(r₂² − r₁²) that the mean lateral density ρ = ⟨M⟩/A of the range would have there: 1 without
-/// correlations, and peaks where a crystal has its neighbors. In a bin of the paper's height, 0.1 from the wall, it is
-/// the inset of its figure 4 and the left of figure 11 (doi:10.1103/PhysRevE.83.061306).
+/// correlations, and peaks where a crystal has its neighbors. In a bin of the paper's height, 0.1
+/// from the wall, it is the inset of its figure 4 and the left of figure 11
+/// (doi:10.1103/PhysRevE.83.061306).
 ///
 /// The number M of spheres in the range fluctuates, as spheres come and go above; g is
 /// A ⟨pairs⟩/(⟨M⟩² π(r₂² − r₁²)) with ordered pairs, so that independent numbers of independent
 /// points (Poisson's distribution) give 1 exactly, and a fixed number gives 1 − 1/M. Distances are
-/// lateral: where the range is high enough for spheres above each other, r can be below one diameter.
+/// lateral: where the range is high enough for spheres above each other, r can be below one
+/// diameter.
 ///
 /// ```
 /// use gradient_mc::observers::RadialDistribution;
@@ -55,8 +58,8 @@ pub struct RadialDistributionPoint {
 }
 
 impl RadialDistribution {
-    /// Spheres at heights from `low` to `high`, and `bins` of equal width from r = 0 to half the smaller
-    /// width of the slab.
+    /// Spheres at heights from `low` to `high`, and `bins` of equal width from r = 0 to half the
+    /// smaller width of the slab.
     ///
     /// # Errors
     /// As [`with_maximum_distance`](Self::with_maximum_distance).
@@ -64,13 +67,13 @@ impl RadialDistribution {
         Self::with_maximum_distance(slab, low, high, half_width(slab), bins)
     }
 
-    /// The same up to `maximum_distance`: a short one is found faster, in a time proportional to the number
-    /// of spheres.
+    /// The same up to `maximum_distance`: a short one is found faster, in a time proportional to
+    /// the number of spheres.
     ///
     /// # Errors
-    /// [`Error::InvalidBins`] unless there are between 1 and [`MAXIMUM_BINS`](super::MAXIMUM_BINS) bins;
-    /// [`Error::InvalidParameter`] unless 0 ≤ low < high ≤ height of the slab, or for a distance that is not
-    /// positive or above half the smaller width.
+    /// [`Error::InvalidBins`] unless there are between 1 and [`MAXIMUM_BINS`](super::MAXIMUM_BINS)
+    /// bins; [`Error::InvalidParameter`] unless 0 ≤ low < high ≤ height of the slab, or for a
+    /// distance that is not positive or above half the smaller width.
     pub fn with_maximum_distance(
         slab: &Slab,
         low: f64,
@@ -99,7 +102,8 @@ impl RadialDistribution {
         self.averages.observations()
     }
 
-    /// Mean number of spheres in the range of heights per area of the base, in inverse square diameters.
+    /// Mean number of spheres in the range of heights per area of the base, in inverse square
+    /// diameters.
     ///
     /// # Errors
     /// [`Error::TooFewObservations`] below 16 frames.
@@ -179,8 +183,8 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
-    /// Independent points, as many at heights below 1 as a column of ideal particles happens to have
-    /// there.
+    /// Independent points, as many at heights below 1 as a column of ideal particles happens to
+    /// have there.
     fn ideal(frames: u64, seed: u64) -> RadialDistribution {
         let mut generator = Pcg64Mcg::seed_from_u64(seed);
         let mut scene = Scene::new(10.0, &[]);
@@ -212,8 +216,9 @@ mod tests {
         assert!(matches!(distribution.merge(&other), Err(Error::InvalidParameter { .. })));
     }
 
-    /// Hard discs, sampled exactly: independent points, taken if no two overlap. To first order in their density ρ,
-    /// g(r) = 1 + ρ B(r), with B the area that two discs of radius 1 share whose centers are r apart.
+    /// Hard discs, sampled exactly: independent points, taken if no two overlap. To first order in
+    /// their density ρ, g(r) = 1 + ρ B(r), with B the area that two discs of radius 1 share
+    /// whose centers are r apart.
     #[test]
     fn a_dilute_gas_of_hard_discs_has_its_first_peak() {
         const DISCS: usize = 20;

@@ -3,8 +3,9 @@
 
 use nalgebra::Vector3;
 
-/// Y₄ₘ and Y₆ₘ, summed over bonds or averaged over spheres, for m ≥ 0 (the others follow by conjugation), as real and
-/// imaginary part; times √(4π/(2l + 1)), so that squares sum to Legendre's polynomial.
+/// Y₄ₘ and Y₆ₘ, summed over bonds or averaged over spheres, for m ≥ 0 (the others follow by
+/// conjugation), as real and imaginary part; times √(4π/(2l + 1)), so that squares sum to
+/// Legendre's polynomial.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Harmonics {
     four: [[f64; 2]; 5],
@@ -16,7 +17,8 @@ impl Harmonics {
     pub(super) fn add_bond(&mut self, bond: &Vector3<f64>) {
         let direction = bond / bond.norm();
         let (z, square) = (direction.z, direction.z * direction.z);
-        // √((l − m)!/(l + m)!) times the mth derivative of Legendre's polynomial; sin^m goes with the azimuth.
+        // √((l − m)!/(l + m)!) times the mth derivative of Legendre's polynomial; sin^m goes with the
+        // azimuth.
         let four = [
             (square * (35.0 * square - 30.0) + 3.0) / 8.0,
             2.5 * z * (7.0 * square - 3.0) / 20_f64.sqrt(),
@@ -93,8 +95,8 @@ impl CubicInvariant {
         Self { terms }
     }
 
-    /// w₄ = Σ (4 4 4; m₁ m₂ m₃) q₄ₘ₁ q₄ₘ₂ q₄ₘ₃ over (Σ|q₄ₘ|²)^{3/2}; −0.1593 in a perfect fcc crystal, 0.1341 in an hcp
-    /// crystal.
+    /// w₄ = Σ (4 4 4; m₁ m₂ m₃) q₄ₘ₁ q₄ₘ₂ q₄ₘ₃ over (Σ|q₄ₘ|²)^{3/2}; −0.1593 in a perfect fcc
+    /// crystal, 0.1341 in an hcp crystal.
     pub(super) fn of(&self, harmonics: &Harmonics) -> f64 {
         let component = |m: i32| {
             let [real, imaginary] = harmonics.four[m.unsigned_abs() as usize];

@@ -6,7 +6,8 @@ use super::one_run::OneRun;
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
 
-/// Fractions of fcc-like, hcp-like and fluid-like spheres in bins of equal height, by [`BondOrder`].
+/// Fractions of fcc-like, hcp-like and fluid-like spheres in bins of equal height, by
+/// [`BondOrder`].
 ///
 /// The layer at a wall, whose spheres lack neighbors, is not classified and in no fraction.
 ///
@@ -28,7 +29,8 @@ pub struct StructureProfile {
     run: OneRun,
     bins: HeightBins,
     order: BondOrder,
-    /// Of every bin: spheres that are fcc-like, hcp-like, fluid-like, and the sum of their averaged q₆.
+    /// Of every bin: spheres that are fcc-like, hcp-like, fluid-like, and the sum of their averaged
+    /// q₆.
     sample: Vec<f64>,
     averages: BlockAverages,
 }
@@ -111,8 +113,8 @@ impl StructureProfile {
         Ok(point(0.5 * (low + high), &ratios))
     }
 
-    /// Height of the uppermost front of the crystal: where, between the middles of two bins, the crystalline fraction
-    /// falls through one half. `None` if it does not, on average.
+    /// Height of the uppermost front of the crystal: where, between the middles of two bins, the
+    /// crystalline fraction falls through one half. `None` if it does not, on average.
     ///
     /// The error is by the jackknife; it is NaN if the front comes and goes.
     ///

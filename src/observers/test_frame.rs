@@ -61,8 +61,8 @@ pub(super) fn ideal_heights(particles: usize, seed: u64) -> Vec<f64> {
     (0..particles).map(|_| 0.5 - 5.0 * (1.0 - generator.random::<f64>()).ln()).collect()
 }
 
-/// A perfect hexagonal layer at height 0.5, of `cells` by `cells` rectangles of two spheres whose short side is
-/// `spacing`; the spacing is returned as well.
+/// A perfect hexagonal layer at height 0.5, of `cells` by `cells` rectangles of two spheres whose
+/// short side is `spacing`; the spacing is returned as well.
 pub(super) fn hexagonal_layer(cells: u32, spacing: f64) -> (Scene, f64) {
     let row = spacing * 3.0_f64.sqrt();
     let mut scene = Scene::new(10.0, &[]);

@@ -8,24 +8,28 @@ use crate::{
     Collision, Error, Field, Frame, Merge, Observer, ObserverError, Recorder, Scene, TemperatureProfile, Wall,
 };
 
-/// Pressures on base and lid, for every scene and drive: of a column, of one that hangs, and of a closed box.
+/// Pressures on base and lid, for every scene and drive: of a column, of one that hangs, and of a
+/// closed box.
 ///
-/// At the wall where the column ends ([`Scene::open_end`]) it is T n(contact), by the momentum that spheres carry to it.
-/// In the potential u in which a run is made the normal pressure over T falls as dp/dx = −n u', so that
-/// with z, the distance from contact with that wall, and any depth D, exactly
+/// At the wall where the column ends ([`Scene::open_end`]) it is T n(contact), by the momentum that
+/// spheres carry to it. In the potential u in which a run is made the normal pressure over T falls
+/// as dp/dx = −n u', so that with z, the distance from contact with that wall, and any depth D,
+/// exactly
 ///
 /// p(wall) = ⟨(1/D) ∫₀ᴰ p dz − (1/A) Σ u' (1 − z/D)⟩,
 ///
-/// the sum over spheres with z < D, and u' counted positive where it pulls away from the wall. Where there are vertical
-/// event chains, p comes from their collisions, as in [`ChainPressureProfile`](super::ChainPressureProfile), and D is where
-/// the density has changed by about e: the whole box if it has no weight. Local moves tell nothing about collisions: there
-/// the contact density is extrapolated from the spheres within a fifth of a diameter, which knows it to 0.4 % at best, and has
-/// ten to a hundred times the variance.
+/// the sum over spheres with z < D, and u' counted positive where it pulls away from the wall.
+/// Where there are vertical event chains, p comes from their collisions, as in
+/// [`ChainPressureProfile`](super::ChainPressureProfile), and D is where the density has changed by
+/// about e: the whole box if it has no weight. Local moves tell nothing about collisions: there the
+/// contact density is extrapolated from the spheres within a fifth of a diameter, which knows it to
+/// 0.4 % at best, and has ten to a hundred times the variance.
 ///
 /// The other wall bears the weight of the column on top of that.
 ///
-/// With a temperature that varies, what the wall at the open end bears is that of the run, in the field that it was made in: if the
-/// field is [certified](crate::Simulation::certificate), that of the scene.
+/// With a temperature that varies, what the wall at the open end bears is that of the run, in the
+/// field that it was made in: if the field is [certified](crate::Simulation::certificate), that of
+/// the scene.
 ///
 /// ```
 /// use gradient_mc::observers::{Bins, EquationOfStateProfile, WallPressure};
@@ -53,13 +57,14 @@ pub struct WallPressure {
     near: HeightBins,
     depth: f64,
     particles: f64,
-    /// Σ s q of vertical chains in these heights, and the path of these chains, since the last frame.
+    /// Σ s q of vertical chains in these heights, and the path of these chains, since the last
+    /// frame.
     transferred: f64,
     path: f64,
     /// Sweeps that ended with an error, up to the last frame.
     incomplete: u64,
-    /// Contact density times area; spheres near the open end, and the sum of u' (1 − z/D) over them; what was transferred, and
-    /// the path; the weight.
+    /// Contact density times area; spheres near the open end, and the sum of u' (1 − z/D) over
+    /// them; what was transferred, and the path; the weight.
     averages: BlockAverages,
 }
 
@@ -100,8 +105,8 @@ impl WallPressure {
 
     /// Mean pressure on a wall, in m g/d².
     ///
-    /// Of a column that never came near its open end it is 0(0) there: less than one sphere within D on average over the whole
-    /// run would exert.
+    /// Of a column that never came near its open end it is 0(0) there: less than one sphere within
+    /// D on average over the whole run would exert.
     ///
     /// # Errors
     /// [`Error::TooFewObservations`] below 16 frames.
@@ -121,7 +126,8 @@ impl WallPressure {
     }
 }
 
-/// The distance from the open end within which the potential over T, or T, changes by about one and by e.
+/// The distance from the open end within which the potential over T, or T, changes by about one and
+/// by e.
 fn depth<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>) -> f64 {
     /// Steps by which it is looked for, each half of that before, from the whole box on.
     const HALVINGS: u32 = 40;

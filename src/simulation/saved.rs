@@ -11,8 +11,8 @@ where
     T: TemperatureProfile,
     S: Scheme<F, T, Drive: Persist, Adaptation: Persist>,
 {
-    /// All that the run and what observes it have become; `&mut ()` observes nothing. Neither is changed: they are
-    /// borrowed mutably because one method both writes and reads.
+    /// All that the run and what observes it have become; `&mut ()` observes nothing. Neither is
+    /// changed: they are borrowed mutably because one method both writes and reads.
     ///
     /// # Errors
     /// Those of the observer, or of a drive or an adaptation of your own.
@@ -23,7 +23,8 @@ where
         Ok(Snapshot::of(&self.identity, [self.sweep, measured], state, observer))
     }
 
-    /// Overwrites what the run has become by what it was in a snapshot, which must not be of an earlier sweep.
+    /// Overwrites what the run has become by what it was in a snapshot, which must not be of an
+    /// earlier sweep.
     pub(crate) fn restore<O: Persist + ?Sized>(
         &mut self,
         snapshot: &Snapshot,
@@ -58,20 +59,22 @@ where
     }
 }
 
-/// Whether the state of a generator is one that it can have: an odd number. It is the first and only one that is written, its
-/// lowest bits first.
+/// Whether the state of a generator is one that it can have: an odd number. It is the first and
+/// only one that is written, its lowest bits first.
 fn is_odd(generator: &Generator) -> bool {
     postcard::to_allocvec(generator).is_ok_and(|bytes| bytes.first().is_some_and(|byte| byte & 1 == 1))
 }
 
 impl<F: Field, T: TemperatureProfile, S> SimulationBuilder<F, T, S> {
-    /// Makes a simulation as [`build`](Self::build) does and goes on from a `snapshot` of one, with the same bits as if it had
-    /// not been interrupted. The observer, made anew by the same code too, gets back what it had seen. There is no start.
+    /// Makes a simulation as [`build`](Self::build) does and goes on from a `snapshot` of one, with
+    /// the same bits as if it had not been interrupted. The observer, made anew by the same
+    /// code too, gets back what it had seen. There is no start.
     ///
     /// # Errors
-    /// [`Error::CheckpointMismatch`] with what differs if the snapshot is of another scene, scheme, seed, of other moves, or
-    /// of another observer; [`Error::CheckpointDamaged`] for a state that cannot be; those of [`build`](Self::build). An
-    /// observer that was to be read is of no use then.
+    /// [`Error::CheckpointMismatch`] with what differs if the snapshot is of another scene, scheme,
+    /// seed, of other moves, or of another observer; [`Error::CheckpointDamaged`] for a state
+    /// that cannot be; those of [`build`](Self::build). An observer that was to be read is of
+    /// no use then.
     pub fn resume<O: Persist + ?Sized>(
         self,
         snapshot: &Snapshot,

@@ -8,7 +8,8 @@ use nalgebra::Vector3;
 use std::collections::HashMap;
 
 /// A close-packed crystal that stands on the base, filled from below; the top layer has random
-/// vacancies. Far below the steady state: the other side from [`RandomInsertion`](super::RandomInsertion).
+/// vacancies. Far below the steady state: the other side from
+/// [`RandomInsertion`](super::RandomInsertion).
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ClosePacked;
 
@@ -21,15 +22,16 @@ impl Start for ClosePacked {
     }
 }
 
-/// Adjacent sites are this much farther apart than touching: event chains pass on from sphere to sphere by
-/// the gaps between them, and would not get ahead without.
+/// Adjacent sites are this much farther apart than touching: event chains pass on from sphere to
+/// sphere by the gaps between them, and would not get ahead without.
 const GAP: f64 = 1e-3;
-/// Spheres are placed at random within this distance of their site along each axis: in a perfect lattice
-/// chains close gaps until rings of touching spheres fit the width exactly, and are stuck. Two
-/// neighbors take up at most 2·√3/4 of the gap.
+/// Spheres are placed at random within this distance of their site along each axis: in a perfect
+/// lattice chains close gaps until rings of touching spheres fit the width exactly, and are stuck.
+/// Two neighbors take up at most 2·√3/4 of the gap.
 const JITTER: f64 = 0.25 * GAP;
 
-/// Layers of a two-dimensional lattice, every other layer shifted over the hollows of the one below.
+/// Layers of a two-dimensional lattice, every other layer shifted over the hollows of the one
+/// below.
 ///
 /// Nothing is kept of a site: each is worked out where it is used.
 #[derive(Debug, Clone)]
@@ -66,8 +68,9 @@ impl Lattice {
         best
     }
 
-    /// Rows of touching spheres along the first width, `row_distance` apart at least, every other row
-    /// shifted by `row_shift` of the spacing in the row; `swap` exchanges y and z at the end.
+    /// Rows of touching spheres along the first width, `row_distance` apart at least, every other
+    /// row shifted by `row_shift` of the spacing in the row; `swap` exchanges y and z at the
+    /// end.
     fn of_rows(slab: &Slab, widths: [f64; 2], row_distance: f64, row_shift: f64, swap: bool) -> Self {
         let count = |width: f64, spacing: f64| {
             // Widths are between 3 and 1e6.
@@ -88,7 +91,8 @@ impl Lattice {
             [0.5 * step[0], 0.5 * step[1]]
         };
         let mut lattice = Self { rows, in_row, step, row_shift, swap: false, shift, spacing: 1.0, layers: 1 };
-        // The shift leads into the first cell: what is nearest is in the first rows and columns, or comes round.
+        // The shift leads into the first cell: what is nearest is in the first rows and columns, or comes
+        // round.
         let near = |count: usize| [0, 1, 2, count - 1].into_iter().filter(move |&index| index < count);
         let nearest = near(rows)
             .flat_map(|row| near(in_row).map(move |column| row * in_row + column))
@@ -151,8 +155,8 @@ impl Lattice {
         self.layers
     }
 
-    /// Puts `wanted(layer)` more spheres on random sites of each layer; what does not fit goes to the
-    /// next layer, and what is left above the last to vacancies from the top down.
+    /// Puts `wanted(layer)` more spheres on random sites of each layer; what does not fit goes to
+    /// the next layer, and what is left above the last to vacancies from the top down.
     pub(super) fn fill(
         &self,
         scene: &AnyScene<'_>,

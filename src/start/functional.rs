@@ -6,11 +6,15 @@ use crate::functional;
 use crate::{AnyScene, Error, Generator};
 use nalgebra::Vector3;
 
-/// As [`Theory`](super::Theory), with the numbers in each layer of the lattice from a density functional, which knows the layers at the walls.
+/// As [`Theory`](super::Theory), with the numbers in each layer of the lattice from a density
+/// functional, which knows the layers at the walls.
 ///
-/// The lattice has to melt all the same, but a dense base is right sooner: with 40 spheres per area at T = 5, bins of a quarter of a diameter
-/// up to x = 4 are off by 4 % (root mean square) between sweeps 80 and 160, and by 10 % from [`Theory`](super::Theory); from sweep 160 on both
-/// are alike. It costs some tenths of a second, and there is none where [`Scene::density_functional`](crate::Scene::density_functional) fails, as in a column that freezes.
+/// The lattice has to melt all the same, but a dense base is right sooner: with 40 spheres per area
+/// at T = 5, bins of a quarter of a diameter up to x = 4 are off by 4 % (root mean square) between
+/// sweeps 80 and 160, and by 10 % from [`Theory`](super::Theory); from sweep 160 on both are alike.
+/// It costs some tenths of a second, and there is none where
+/// [`Scene::density_functional`](crate::Scene::density_functional) fails, as in a column that
+/// freezes.
 ///
 /// ```
 /// use gradient_mc::functional::WhiteBear2;
@@ -28,8 +32,8 @@ pub struct Functional<W>(
 
 impl<W: functional::Functional> Start for Functional<W> {
     /// # Errors
-    /// What [`Scene::density_functional`](crate::Scene::density_functional) returns, and [`Error::LatticeFull`] when the lattice that fits the slab has
-    /// too few sites.
+    /// What [`Scene::density_functional`](crate::Scene::density_functional) returns, and
+    /// [`Error::LatticeFull`] when the lattice that fits the slab has too few sites.
     fn place(&self, scene: &AnyScene<'_>, generator: &mut Generator) -> Result<Vec<Vector3<f64>>, Error> {
         by_quantiles(scene, generator, || {
             let profile = scene.density_functional(&self.0)?;

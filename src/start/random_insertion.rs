@@ -7,8 +7,8 @@ use crate::random::unit;
 use crate::{AnyScene, Error, Generator};
 use nalgebra::Vector3;
 
-/// Spheres inserted one by one at random where they do not overlap, from the base up to the height at
-/// which they have a given number density, or to the lid if it is lower.
+/// Spheres inserted one by one at random where they do not overlap, from the base up to the height
+/// at which they have a given number density, or to the lid if it is lower.
 ///
 /// Random insertion jams near a packing fraction of 0.38 (n = 0.73).
 #[derive(Debug, Clone, Copy, PartialEq)]

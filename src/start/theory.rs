@@ -7,13 +7,14 @@ use crate::{AnyScene, Error, Generator};
 use nalgebra::Vector3;
 
 /// Spheres on random sites of a close-packed lattice, as many in each layer as the hydrostatic
-/// profile of the scene has there (modified Kolafa-Labík-Malijevský fluid, Speedy solid; the fluid alone in a box
-/// without weight that is half frozen, where the solid may be anywhere).
+/// profile of the scene has there (modified Kolafa-Labík-Malijevský fluid, Speedy solid; the fluid
+/// alone in a box without weight that is half frozen, where the solid may be anywhere).
 ///
-/// The lattice makes any packing possible; its vacancies let it melt within some five hundred sweeps
-/// wherever the fluid is stable. The column as a whole starts close to its steady state, which saves
-/// the slowest part of the equilibration and **proves nothing by itself**: start from
-/// [`RandomInsertion`](super::RandomInsertion) and [`ClosePacked`](super::ClosePacked) to see that they meet.
+/// The lattice makes any packing possible; its vacancies let it melt within some five hundred
+/// sweeps wherever the fluid is stable. The column as a whole starts close to its steady state,
+/// which saves the slowest part of the equilibration and **proves nothing by itself**: start from
+/// [`RandomInsertion`](super::RandomInsertion) and [`ClosePacked`](super::ClosePacked) to see that
+/// they meet.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Theory;
 
@@ -35,7 +36,8 @@ impl Start for Theory {
     }
 }
 
-/// Spheres on sites of a lattice, by a profile: its largest density, and the height below which a fraction of the spheres lies.
+/// Spheres on sites of a lattice, by a profile: its largest density, and the height below which a
+/// fraction of the spheres lies.
 pub(super) fn by_quantiles<Q: Fn(f64) -> f64>(
     scene: &AnyScene<'_>,
     generator: &mut Generator,
@@ -71,7 +73,8 @@ mod tests {
     use crate::temperature::Isothermal;
     use crate::{Scene, Simulation, Slab};
 
-    /// Between freezing and melting, where fluid and solid of a box without weight may sit anywhere.
+    /// Between freezing and melting, where fluid and solid of a box without weight may sit
+    /// anywhere.
     #[test]
     fn a_half_frozen_box_without_weight_starts() {
         for packing_fraction in [0.49, 0.5, 0.53] {

@@ -17,18 +17,18 @@ pub struct Autocorrelation {
     pub effective_sample_size: f64,
 }
 
-/// Integrated autocorrelation time with Sokal's automatic window: the sum over lags stops at the first
-/// W ≥ 5 τ(W) (Madras and Sokal, doi:10.1007/BF01022990).
+/// Integrated autocorrelation time with Sokal's automatic window: the sum over lags stops at the
+/// first W ≥ 5 τ(W) (Madras and Sokal, doi:10.1007/BF01022990).
 ///
-/// The error is theirs as well, τ √(2(2W + 1)/N). It holds for W much above τ; here it is too large, by a
-/// third for exponential decay.
-/// For correlations that decay as exp(−t/τ) the cut-off loses a relative e⁻⁵ = 0.7 %, and subtracting the
-/// sample mean another (2W + 1)/N; both make τ too small. A slow mode of small amplitude is lost
-/// altogether. The work is N·W; thin a very long series first.
+/// The error is theirs as well, τ √(2(2W + 1)/N). It holds for W much above τ; here it is too
+/// large, by a third for exponential decay.
+/// For correlations that decay as exp(−t/τ) the cut-off loses a relative e⁻⁵ = 0.7 %, and
+/// subtracting the sample mean another (2W + 1)/N; both make τ too small. A slow mode of small
+/// amplitude is lost altogether. The work is N·W; thin a very long series first.
 ///
-/// Of a series whose numbers fall to and fro about their mean the sum does so too, and its first lags say little: the
-/// window is then as wide as for the series with every other sign turned, up to 1000 lags or a tenth of the series, and
-/// half of the last lag is left out.
+/// Of a series whose numbers fall to and fro about their mean the sum does so too, and its first
+/// lags say little: the window is then as wide as for the series with every other sign turned, up
+/// to 1000 lags or a tenth of the series, and half of the last lag is left out.
 ///
 /// ```
 /// use gradient_mc::statistics::autocorrelation;
@@ -40,8 +40,8 @@ pub struct Autocorrelation {
 /// ```
 ///
 /// # Errors
-/// [`Error::TooFewObservations`] for a series shorter than 50 τ, whose τ cannot be trusted, so that what is needed is rounded up to
-/// two figures;
+/// [`Error::TooFewObservations`] for a series shorter than 50 τ, whose τ cannot be trusted, so that
+/// what is needed is rounded up to two figures;
 /// [`Error::InvalidParameter`] if the series never changes or holds a number that is not finite.
 pub fn autocorrelation(series: &[f64]) -> Result<Autocorrelation, Error> {
     const WINDOW_IN_TIMES: f64 = 5.0;

@@ -7,23 +7,24 @@ use crate::{Error, Merge};
 
 /// Averages of vectors that arrive one by one, with errors of means and of functions of means.
 ///
-/// Observations are summed into blocks of equal length. When [`MAXIMUM_BLOCKS`](Self::MAXIMUM_BLOCKS)
-/// blocks are complete, neighbors are merged and the block length doubles; so after the first 64
-/// observations there are always 64 to 127 complete blocks, and memory does not grow with the length of
-/// the run.
+/// Observations are summed into blocks of equal length. When
+/// [`MAXIMUM_BLOCKS`](Self::MAXIMUM_BLOCKS) blocks are complete, neighbors are merged and the block
+/// length doubles; so after the first 64 observations there are always 64 to 127 complete blocks,
+/// and memory does not grow with the length of the run.
 ///
 /// # Errors of correlated data
 /// The squared error of a mean of N numbers is σ² g/N · ν/(ν − 2), component by component. Here
 /// g = 2τ, with τ = ½ + Σ ρ(k) the correlation time of the blocks, summed to the lag W ≥ 3 τ and
 /// corrected for the mean that is subtracted (Madras and Sokal, doi:10.1007/BF01022990; Wolff,
 /// doi:10.1016/S0010-4655(03)00467-3); g is at least 1. The variance so found is known as one with
-/// ν = 2B/(2(2W + 1) + g) degrees of freedom is, with B blocks, and the last factor is what Student's
-/// distribution of that many has more in variance than the normal one: errors from few independent
-/// numbers are wider. The error is on average 9 to 20 % too large and scatters by some 20 %. From 10
-/// independent numbers on the deviations from the truth are as large as the errors within some 10 %
-/// for an exponential memory, and within a quarter for one of two times. Below, τ of a single series is
-/// too uncertain: there the profiles take the mean of ρ over neighboring bins, which scatters less, and
-/// are right within a quarter from some three independent configurations on (`docs/stability.md`).
+/// ν = 2B/(2(2W + 1) + g) degrees of freedom is, with B blocks, and the last factor is what
+/// Student's distribution of that many has more in variance than the normal one: errors from few
+/// independent numbers are wider. The error is on average 9 to 20 % too large and scatters by some
+/// 20 %. From 10 independent numbers on the deviations from the truth are as large as the errors
+/// within some 10 % for an exponential memory, and within a quarter for one of two times. Below, τ
+/// of a single series is too uncertain: there the profiles take the mean of ρ over neighboring
+/// bins, which scatters less, and are right within a quarter from some three independent
+/// configurations on (`docs/stability.md`).
 ///
 /// Replicas that are merged keep their own means. If those scatter more than the blocks explain
 /// (beyond the quantile 0.99 of χ²), the scatter is the error:
@@ -226,8 +227,8 @@ impl BlockAverages {
         self.standard_errors_of_rows(&[])
     }
 
-    /// The same for components that are rows of equal lengths, one after the other, in which so many neighbors to either
-    /// side share their memory, one number for each row.
+    /// The same for components that are rows of equal lengths, one after the other, in which so
+    /// many neighbors to either side share their memory, one number for each row.
     pub(crate) fn standard_errors_of_rows(&self, reaches: &[usize]) -> Result<Vec<f64>, Error> {
         let replicas = self.replicas()?;
         let series: Vec<_> = (0..self.components).map(|index| self.series(&replicas, index)).collect();
@@ -242,7 +243,8 @@ impl BlockAverages {
         replicas.iter().map(of_replica).collect()
     }
 
-    /// The errors of the means of all observations, of what complete blocks say, for every component.
+    /// The errors of the means of all observations, of what complete blocks say, for every
+    /// component.
     fn errors(&self, series: &[Vec<Vec<f64>>], reaches: &[usize]) -> Vec<Pooled> {
         let blocks = self.block_sums().len() as f64;
         errors(series, reaches, blocks * self.block_length as f64 / self.observations() as f64)
@@ -259,8 +261,8 @@ impl BlockAverages {
         errors.filter(|(_, pooled)| pooled.contradict).map(|(index, _)| index).collect()
     }
 
-    /// Number of independent observations of some components taken together, within a replica: their
-    /// correlations are averaged. NaN before there are 16 blocks.
+    /// Number of independent observations of some components taken together, within a replica:
+    /// their correlations are averaged. NaN before there are 16 blocks.
     pub(crate) fn independent(&self, components: impl IntoIterator<Item = usize>) -> f64 {
         let Ok(replicas) = self.replicas() else { return f64::NAN };
         let series = components.into_iter().map(|index| self.series(&replicas, index));
@@ -284,14 +286,14 @@ impl BlockAverages {
         Ok(self.mean().into_iter().zip(errors).map(|(mean, error)| Estimate::new(mean, error)).collect())
     }
 
-    /// Functions of the means, such as ratios, with errors by the jackknife over blocks: correlations
-    /// between components and in time are accounted for, as in
+    /// Functions of the means, such as ratios, with errors by the jackknife over blocks:
+    /// correlations between components and in time are accounted for, as in
     /// [`standard_errors`](Self::standard_errors).
     ///
     /// The value is `function` of the means of all observations. Its bias is of the order of the
     /// squared error, as that of any ratio of averages, and is not corrected. `function` is called
-    /// once for every block, and must return the same number of values each time: it is as if values
-    /// that are missing in any call were NaN.
+    /// once for every block, and must return the same number of values each time: it is as if
+    /// values that are missing in any call were NaN.
     ///
     /// # Errors
     /// [`Error::TooFewObservations`] below 16 complete blocks.
@@ -312,7 +314,8 @@ impl BlockAverages {
         Ok(self.jackknifed(function)?.estimates_of_rows(reaches, <[f64]>::to_vec))
     }
 
-    /// Values of `function`, of all and of all but every block, kept so that functions of them can be had later.
+    /// Values of `function`, of all and of all but every block, kept so that functions of them can
+    /// be had later.
     ///
     /// # Errors
     /// [`Error::TooFewObservations`] below 16 complete blocks.
@@ -370,8 +373,8 @@ impl BlockAverages {
 }
 
 /// The shorter blocks of the two are first merged to the length of the longer. Blocks of different
-/// replicas are never merged with each other, so a replica's slow modes stay visible as a difference
-/// between blocks. Memory grows with the number of replicas.
+/// replicas are never merged with each other, so a replica's slow modes stay visible as a
+/// difference between blocks. Memory grows with the number of replicas.
 impl Merge for BlockAverages {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.require_components(other.components)?;
@@ -425,7 +428,8 @@ impl BlockAverages {
     }
 }
 
-/// Replaces blocks by the sums of neighboring pairs, and returns the last block if it has no partner.
+/// Replaces blocks by the sums of neighboring pairs, and returns the last block if it has no
+/// partner.
 fn merge_pairs(sums: &mut Vec<f64>, components: usize) -> Vec<f64> {
     let pairs = sums.len() / components / 2;
     let odd = sums.split_off(2 * pairs * components);

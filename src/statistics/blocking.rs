@@ -129,9 +129,9 @@ pub fn variance(series: &[f64]) -> Result<Estimate, Error> {
 /// Mean of the second half of a series minus mean of the first, with the error by [`blocking`] each
 /// half, which is not widened: a drift is to be seen.
 ///
-/// A steady state gives zero within about two errors; so does a drift that is slower than the noise,
-/// and halves that are short against the relaxation of the system. Middle element of an odd length:
-/// in the second half.
+/// A steady state gives zero within about two errors; so does a drift that is slower than the
+/// noise, and halves that are short against the relaxation of the system. Middle element of an odd
+/// length: in the second half.
 ///
 /// # Errors
 /// [`Error::TooFewObservations`] below 32 numbers.
@@ -157,8 +157,8 @@ mod tests {
     use super::*;
     use crate::statistics::test_series::autoregressive;
 
-    /// Mean over many series of the squared error claimed, in units of the exact one, and mean of the
-    /// squared deviation from the exact mean in units of the claimed one.
+    /// Mean over many series of the squared error claimed, in units of the exact one, and mean of
+    /// the squared deviation from the exact mean in units of the claimed one.
     fn calibration(correlation: f64, length: u32) -> (f64, f64) {
         const SERIES: u64 = 400;
         let exact = (1.0 + correlation) / (1.0 - correlation) / f64::from(length);

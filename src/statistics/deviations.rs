@@ -4,9 +4,9 @@
 //!
 //! E\[σ\] = √(2(N − 1)/(πN)) s/P: 0.714 s/P for the paper's five runs,
 //!
-//! while the standard error of their mean is s/√N = 0.447 s. So the paper's σ overstates the error of
-//! the mean that it plots by 0.714/0.447 = 1.6, if its runs are independent; the five runs there are
-//! successive intervals of one simulation, and what they have in common does not show in σ.
+//! while the standard error of their mean is s/√N = 0.447 s. So the paper's σ overstates the error
+//! of the mean that it plots by 0.714/0.447 = 1.6, if its runs are independent; the five runs there
+//! are successive intervals of one simulation, and what they have in common does not show in σ.
 
 use crate::Error;
 
@@ -35,9 +35,9 @@ pub fn scatter(runs: &[f64]) -> Result<f64, Error> {
     Ok(runs.iter().map(|run| (run - mean).abs()).sum::<f64>() / (count * mean))
 }
 
-/// E\[σ\] P/s = √(2(N − 1)/(πN)): what [`scatter`] of N Gaussian runs is on average, in units of the
-/// relative standard deviation s/P of one run. Divide σ by it and by √N for the relative standard
-/// error of the mean.
+/// E\[σ\] P/s = √(2(N − 1)/(πN)): what [`scatter`] of N Gaussian runs is on average, in units of
+/// the relative standard deviation s/P of one run. Divide σ by it and by √N for the relative
+/// standard error of the mean.
 #[must_use]
 pub fn expected_scatter(runs: usize) -> f64 {
     let count = runs as f64;

@@ -16,21 +16,23 @@ pub struct Equilibration {
     pub autocorrelation_time: Estimate,
 }
 
-/// The beginning of the steady state as the data have it: where cutting leaves the largest number of independent
-/// numbers, (N − start)/(2τ) with τ that of the rest (Chodera, doi:10.1021/acs.jctc.5b00784).
+/// The beginning of the steady state as the data have it: where cutting leaves the largest number
+/// of independent numbers, (N − start)/(2τ) with τ that of the rest (Chodera,
+/// doi:10.1021/acs.jctc.5b00784).
 ///
-/// While relaxation is part of the series, it looks like a slow correlation and makes τ large; once it is
-/// gone, cutting more only loses data. Candidates are 0, 1, 2, ... and further on 3 % apart. A long
-/// series is searched as means over blocks, at most 4096 of them, which bounds the work; the start is then a
-/// whole number of blocks.
+/// While relaxation is part of the series, it looks like a slow correlation and makes τ large; once
+/// it is gone, cutting more only loses data. Candidates are 0, 1, 2, ... and further on 3 % apart.
+/// A long series is searched as means over blocks, at most 4096 of them, which bounds the work; the
+/// start is then a whole number of blocks.
 ///
-/// The rule always finds a start, in a series that never settles as well. Here it must be in the first half, and
-/// the rest 50 τ long. What it cannot see is a relaxation that is slower than the
+/// The rule always finds a start, in a series that never settles as well. Here it must be in the
+/// first half, and the rest 50 τ long. What it cannot see is a relaxation that is slower than the
 /// series, or one under noise that is anticorrelated: starts from both sides are still needed.
 ///
-/// A large fall that is as fast as the fluctuations after it, or faster, would deceive the rule: its τ is no longer than theirs, and
-/// keeping it makes the numbers look independent. So whatever is followed, in the first half, by a number farther than six standard
-/// deviations of the second half from the mean of that is cut off beforehand.
+/// A large fall that is as fast as the fluctuations after it, or faster, would deceive the rule:
+/// its τ is no longer than theirs, and keeping it makes the numbers look independent. So whatever
+/// is followed, in the first half, by a number farther than six standard deviations of the second
+/// half from the mean of that is cut off beforehand.
 ///
 /// ```
 /// use gradient_mc::statistics::equilibration;
@@ -48,9 +50,10 @@ pub struct Equilibration {
 /// ```
 ///
 /// # Errors
-/// [`Error::NotEquilibrated`] if the best start lies in the second half or leaves fewer than 25 independent
-/// numbers; [`Error::TooFewObservations`] below 100 numbers; [`Error::InvalidParameter`] if the series does not
-/// change in its second half or holds a number that is not finite.
+/// [`Error::NotEquilibrated`] if the best start lies in the second half or leaves fewer than 25
+/// independent numbers; [`Error::TooFewObservations`] below 100 numbers;
+/// [`Error::InvalidParameter`] if the series does not change in its second half or holds a number
+/// that is not finite.
 pub fn equilibration(series: &[f64]) -> Result<Equilibration, Error> {
     const SHORTEST: usize = 100;
     const MOST_BLOCKS: usize = 4096;
@@ -113,9 +116,10 @@ fn end_of_fall(series: &[f64]) -> usize {
     first.iter().rposition(foreign).filter(|_| variance > 0.0).map_or(0, |last| last + 1)
 }
 
-/// Statistical inefficiency 2τ of a series, at least 1: the sum of correlations up to the first that is not
-/// positive, but over three lags at least, as in the paper cited above. Sokal's window would close before a slow
-/// remainder of the relaxation under fast noise is summed up, and leave too much of it.
+/// Statistical inefficiency 2τ of a series, at least 1: the sum of correlations up to the first
+/// that is not positive, but over three lags at least, as in the paper cited above. Sokal's window
+/// would close before a slow remainder of the relaxation under fast noise is summed up, and leave
+/// too much of it.
 fn inefficiency(series: &[f64]) -> f64 {
     const FEWEST_LAGS: usize = 3;
 
@@ -144,16 +148,17 @@ mod tests {
     use crate::statistics::blocking;
     use crate::statistics::test_series::autoregressive;
 
-    /// Relaxation from `amplitude` with the time `relaxation` under noise of unit variance and correlation φ^t.
+    /// Relaxation from `amplitude` with the time `relaxation` under noise of unit variance and
+    /// correlation φ^t.
     fn relaxing(amplitude: f64, relaxation: f64, correlation: f64, length: usize, seed: u64) -> Vec<f64> {
         let noise = autoregressive(correlation, length, seed);
         let decay = |time: usize| amplitude * (-(time as f64) / relaxation).exp();
         noise.into_iter().enumerate().map(|(time, value)| value + decay(time)).collect()
     }
 
-    /// The mean of what is left is right within its error, the start is neither in the relaxation nor far
-    /// behind it, and the correlation time is that of the noise. Without trimming the mean is wrong, and so is the
-    /// correlation time.
+    /// The mean of what is left is right within its error, the start is neither in the relaxation
+    /// nor far behind it, and the correlation time is that of the noise. Without trimming the
+    /// mean is wrong, and so is the correlation time.
     #[test]
     fn relaxations_are_cut_off() {
         const RUNS: u32 = 20;
@@ -208,7 +213,8 @@ mod tests {
                 // ln(100/6) relaxation times, less what the fluctuations may hide.
                 assert!(steady.start as f64 > 2.3 * relaxation, "{} at {relaxation}", steady.start);
                 cut += steady.start as f64 / 20_000.0 / 20.0;
-                // The rule alone would keep the fall of most series: there are more numbers with it that look independent.
+                // The rule alone would keep the fall of most series: there are more numbers with it that look
+                // independent.
                 let number = |start: usize| (20_000 - start) as f64 / inefficiency(&series[start..]);
                 assert!(relaxation > 50.0 || number(0) > number(steady.start));
             }

@@ -24,8 +24,8 @@ impl Jackknife {
         &self.values
     }
 
-    /// Covariances of functions of those functions: the errors are those of [`estimates`](Self::estimates), the correlations
-    /// those of what single blocks say.
+    /// Covariances of functions of those functions: the errors are those of
+    /// [`estimates`](Self::estimates), the correlations those of what single blocks say.
     pub(crate) fn covariance<R: AsRef<[f64]>>(&self, mut function: impl FnMut(&[f64]) -> R) -> DMatrix<f64> {
         let center = function(&self.values).as_ref().to_vec();
         let estimates = self.estimates(&mut function);
@@ -42,8 +42,8 @@ impl Jackknife {
         })
     }
 
-    /// Functions of those functions, with errors. `function` must return the same number of values each time: it is as if
-    /// values that are missing in any call were NaN.
+    /// Functions of those functions, with errors. `function` must return the same number of values
+    /// each time: it is as if values that are missing in any call were NaN.
     pub(crate) fn estimates<R: AsRef<[f64]>>(&self, function: impl FnMut(&[f64]) -> R) -> Vec<Estimate> {
         self.estimates_of_rows(&[], function)
     }
@@ -72,7 +72,8 @@ impl Jackknife {
     }
 }
 
-/// The errors of the means of all observations, of which a `share` is in complete blocks, of what these say.
+/// The errors of the means of all observations, of which a `share` is in complete blocks, of what
+/// these say.
 pub(super) fn errors(series: &[Vec<Vec<f64>>], reaches: &[usize], share: f64) -> Vec<Pooled> {
     let correlations: Vec<Correlation> = series.iter().map(|replicas| correlation(replicas)).collect();
     let row = (series.len() / reaches.len().max(1)).max(1);

@@ -5,8 +5,9 @@ use super::chi_squared::chi_squared_quantile;
 use super::{larger, mean};
 
 /// Fewest independent configurations from which anything is concluded without a
-/// [`Warning::NotMixed`](crate::Warning::NotMixed): with fewer even widened errors are too small. More would warn of
-/// runs that are right, and leave those unwarned that underestimate their memory (`docs/stability.md`, Error bars).
+/// [`Warning::NotMixed`](crate::Warning::NotMixed): with fewer even widened errors are too small.
+/// More would warn of runs that are right, and leave those unwarned that underestimate their memory
+/// (`docs/stability.md`, Error bars).
 pub(crate) const FEWEST_INDEPENDENT: f64 = 2.5;
 
 /// The window of the sum over lags in correlation times. For exponential decay 5 % of the variance
@@ -18,7 +19,8 @@ const SCATTER: f64 = 2.326_347_874_040_841;
 /// And by so many never: then they contradict each other.
 const CONTRADICTION: f64 = 5.0;
 
-/// How numbers are correlated with later ones, within segments of a series, each about its own mean.
+/// How numbers are correlated with later ones, within segments of a series, each about its own
+/// mean.
 #[derive(Debug, Clone)]
 pub(crate) struct Correlation {
     /// Of all segments.
@@ -74,14 +76,15 @@ pub(crate) struct Memory {
 }
 
 impl Memory {
-    /// The common memory of series of equal lengths, from the mean of their correlations: that of one series
-    /// scatters. Constant ones do not count.
+    /// The common memory of series of equal lengths, from the mean of their correlations: that of
+    /// one series scatters. Constant ones do not count.
     ///
     /// τ = ½ + Σ ρ(k) is summed up to the first lag W ≥ 3 τ (Madras and Sokal,
     /// doi:10.1007/BF01022990), and divided by 1 − (2W + 1)/n, with n the mean length of a segment:
-    /// subtracting the mean takes that much from it (Wolff, doi:10.1016/S0010-4655(03)00467-3, eq. 49).
-    /// The relative variance of τ is 2(2W + 1)/N (of one series, to be safe), and that of the variance of one number is
-    /// g/N. Together they are that of a variance with ν = 2N/(2(2W + 1) + g) degrees of freedom.
+    /// subtracting the mean takes that much from it (Wolff, doi:10.1016/S0010-4655(03)00467-3, eq.
+    /// 49). The relative variance of τ is 2(2W + 1)/N (of one series, to be safe), and that of
+    /// the variance of one number is g/N. Together they are that of a variance with ν =
+    /// 2N/(2(2W + 1) + g) degrees of freedom.
     pub(crate) fn of(correlations: &[&Correlation]) -> Self {
         let Some(first) = correlations.first() else { return Self { inefficiency: 1.0, degrees: 1.0 } };
         let numbers = first.numbers;
@@ -116,9 +119,9 @@ impl Memory {
         (numbers / self.inefficiency).max(1.0)
     }
 
-    /// Variance that the mean of one number has by right, given that of a number, if that of the mean of N is this
-    /// over N: σ² g ν/(ν − 2), the variance of Student's distribution with ν degrees of freedom in place of that of a
-    /// normal number.
+    /// Variance that the mean of one number has by right, given that of a number, if that of the
+    /// mean of N is this over N: σ² g ν/(ν − 2), the variance of Student's distribution with ν
+    /// degrees of freedom in place of that of a normal number.
     fn widened(&self, variance: f64) -> f64 {
         // Below the second there is no variance; a factor of five stands for it.
         const FEWEST_DEGREES: f64 = 2.5;
@@ -153,8 +156,8 @@ pub(crate) struct Pooled {
     pub(crate) contradict: bool,
 }
 
-/// Error of the mean of all numbers of `replicas`, from the variance of one and the `memory`, and from the scatter of
-/// their means where that is larger than the memory explains.
+/// Error of the mean of all numbers of `replicas`, from the variance of one and the `memory`, and
+/// from the scatter of their means where that is larger than the memory explains.
 pub(crate) fn pooled(replicas: &[&[f64]], correlation: &Correlation, memory: &Memory) -> Pooled {
     let of_one = memory.widened(correlation.variance);
     let means = replicas

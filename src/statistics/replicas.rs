@@ -6,9 +6,9 @@ use crate::Error;
 /// The mean of N independent numbers, one of each replica, with the standard error that their
 /// scatter gives: √(Σ (x − mean)²/(N(N − 1))).
 ///
-/// It does not depend on the correlations within a replica. But few replicas do not determine it well: it
-/// is itself uncertain by 1/√(2(N − 1)), by 41 % for four and by 27 % for eight, and four of it are
-/// not 4 sigma of a normal number (Student's distribution with N − 1 degrees of freedom).
+/// It does not depend on the correlations within a replica. But few replicas do not determine it
+/// well: it is itself uncertain by 1/√(2(N − 1)), by 41 % for four and by 27 % for eight, and four
+/// of it are not 4 sigma of a normal number (Student's distribution with N − 1 degrees of freedom).
 ///
 /// ```
 /// use gradient_mc::statistics::mean_of_replicas;

@@ -1,17 +1,20 @@
-//! What ranks that shared one column would send each other, measured: a prototype of the messages, not of the physics.
+//! What ranks that shared one column would send each other, measured: a prototype of the messages,
+//! not of the physics.
 //!
 //! ```sh
 //! cargo build --release -p gradient-mc-sweep --features mpi --examples --bins
 //! mpirun -n 2 target/release/examples/ghosts
 //! ```
 //!
-//! The base of a column is cut into one strip for each rank. After every sweep of local moves a rank sends its neighbors the
-//! spheres within one diameter of the cuts, as it would have to if cuts were frozen there in the next sweep. Sweeps themselves
-//! know nothing of it: each strip is periodic, so a rank does the work of a real one, with as many spheres at the same places
+//! The base of a column is cut into one strip for each rank. After every sweep of local moves a
+//! rank sends its neighbors the spheres within one diameter of the cuts, as it would have to if
+//! cuts were frozen there in the next sweep. Sweeps themselves know nothing of it: each strip is
+//! periodic, so a rank does the work of a real one, with as many spheres at the same places
 //! on average, while what it is sent is only counted.
 //!
-//! The model beside it is `latency + bytes / bandwidth` of the messages each way, with both measured at the start by messages of
-//! other sizes. Of times of messages the shortest is taken, since other programs may have the cores in between.
+//! The model beside it is `latency + bytes / bandwidth` of the messages each way, with both
+//! measured at the start by messages of other sizes. Of times of messages the shortest is taken,
+//! since other programs may have the cores in between.
 
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::LocalMoves;

@@ -1,4 +1,5 @@
-//! A table by `Replicas` alone, on one thread: without checkpoints, ranks or messages. What a sweep costs is compared with this.
+//! A table by `Replicas` alone, on one thread: without checkpoints, ranks or messages. What a sweep
+//! costs is compared with this.
 //!
 //! ```sh
 //! cargo build --release -p gradient-mc-sweep --features mpi --examples --bins

@@ -30,7 +30,8 @@ pub struct Case {
     pub equilibration: u64,
     /// Sweeps of measurement, of every replica, at most.
     pub sweeps: u64,
-    /// Standard error of the height of the center of mass, of all replicas together, at which they end.
+    /// Standard error of the height of the center of mass, of all replicas together, at which they
+    /// end.
     pub target_error: Option<f64>,
 }
 
@@ -152,7 +153,8 @@ impl Case {
         replicas.replica(self.parameter * self.replicas + index)
     }
 
-    /// Whether a replica has measured enough. All replicas together know the height √(number) times as well.
+    /// Whether a replica has measured enough. All replicas together know the height √(number) times
+    /// as well.
     #[must_use]
     pub fn has_reached(&self, (center_of_mass, _): &Observers) -> bool {
         let Some(target) = self.target_error.filter(|_| center_of_mass.heights().len() >= Self::FEWEST)

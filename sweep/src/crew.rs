@@ -1,5 +1,5 @@
-//! What a rank does: its first thread talks to the other ranks, its other threads run tasks. Rank 0 hands them out, and works
-//! like the others.
+//! What a rank does: its first thread talks to the other ranks, its other threads run tasks. Rank 0
+//! hands them out, and works like the others.
 
 use crate::dispatch::{Dispatch, State};
 use crate::link::{Link, Message};
@@ -42,7 +42,8 @@ impl Work {
 }
 
 impl Hands<'_> {
-    /// Does something beside so many threads that run tasks. Those under way are ended before it returns.
+    /// Does something beside so many threads that run tasks. Those under way are ended before it
+    /// returns.
     fn employ<R>(job: &Job, threads: usize, talk: impl FnOnce(&Hands<'_>) -> R) -> R {
         let (tasks, to_do) = mpsc::channel();
         let (done, events) = mpsc::channel();
@@ -119,7 +120,8 @@ pub struct Ended {
     pub lost_ranks: usize,
 }
 
-/// Rank 0: hands out the tasks of `queue`, works itself, and returns when all is over. Other ranks are told so.
+/// Rank 0: hands out the tasks of `queue`, works itself, and returns when all is over. Other ranks
+/// are told so.
 pub fn lead(
     job: &Job,
     link: &mut dyn Link,
@@ -276,7 +278,8 @@ impl Leader<'_> {
     }
 }
 
-/// Another rank than 0: does what it is told until all is over. False if rank 0 does not answer any more.
+/// Another rank than 0: does what it is told until all is over. False if rank 0 does not answer any
+/// more.
 pub fn follow(job: &Job, link: &mut dyn Link, threads: usize, signaled: &dyn Fn() -> bool) -> bool {
     Hands::employ(job, threads, |hands| {
         link.send(0, &Message::Ready(threads as u64));

@@ -67,7 +67,8 @@ impl Dispatch {
         }
     }
 
-    /// The tasks of a rank that does not answer: they are given up, since nobody knows whether it still works on them.
+    /// The tasks of a rank that does not answer: they are given up, since nobody knows whether it
+    /// still works on them.
     pub fn lost(&mut self, rank: usize) -> Vec<usize> {
         let running = State::Running { rank };
         let tasks: Vec<usize> = (0..self.states.len()).filter(|&task| self.states[task] == running).collect();

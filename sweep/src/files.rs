@@ -60,7 +60,8 @@ impl Folder {
         self.of(case, replica, "")
     }
 
-    /// The record of a replica that is finished. One of another table, or one that cannot be read, is none.
+    /// The record of a replica that is finished. One of another table, or one that cannot be read,
+    /// is none.
     #[must_use]
     pub fn record(&self, case: &Case, replica: usize) -> Option<Record> {
         let text = fs::read_to_string(self.of(case, replica, ".finished")).ok()?;

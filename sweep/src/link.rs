@@ -15,7 +15,8 @@ pub enum Message {
     Stopped(u64),
     /// To rank 0: that task failed, and why.
     Failed(u64, String),
-    /// To rank 0, every second: work that is done, of it what earlier processes did. From rank 0: an answer to that.
+    /// To rank 0, every second: work that is done, of it what earlier processes did. From rank 0:
+    /// an answer to that.
     Alive([u64; 2]),
     /// To rank 0: a signal has come. From rank 0: stop, with checkpoints.
     Stop,

@@ -14,9 +14,9 @@ use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-/// Simulates every scene of a table, on as many cores as there are ranks and threads, and writes one table of results.
-/// The same command goes on where it was stopped or killed. Exit code: 0 finished, 1 some run failed, 2 bad table or
-/// command, 75 stopped by a signal
+/// Simulates every scene of a table, on as many cores as there are ranks and threads, and writes
+/// one table of results. The same command goes on where it was stopped or killed. Exit code: 0
+/// finished, 1 some run failed, 2 bad table or command, 75 stopped by a signal
 #[derive(Parser, Debug)]
 #[command(name = "gradient-mc-sweep")]
 struct Arguments {
@@ -183,7 +183,8 @@ fn lead(arguments: &Arguments, link: &mut dyn Link) -> Result<u8, Refusal> {
     Ok(code)
 }
 
-/// Tasks that are not finished, the longest first, so that no rank is left alone with one at the end.
+/// Tasks that are not finished, the longest first, so that no rank is left alone with one at the
+/// end.
 fn queue(job: &Job, share: Option<[usize; 2]>) -> Vec<usize> {
     let [part, parts] = share.unwrap_or([0, 1]);
     let tasks = job.table.tasks();

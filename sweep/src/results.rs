@@ -1,4 +1,5 @@
-//! What comes of it: one table of results, a row for each scene, and one of what was run, a row for each replica.
+//! What comes of it: one table of results, a row for each scene, and one of what was run, a row for
+//! each replica.
 
 use crate::Failure;
 use crate::case::Case;
@@ -77,8 +78,9 @@ impl Job {
         })
     }
 
-    /// Writes `results.csv` with every scene of which a replica is finished, and `runs.csv`. `state` tells those of tasks of
-    /// which there is no record. Returns what was measured, and the scenes that could not be merged.
+    /// Writes `results.csv` with every scene of which a replica is finished, and `runs.csv`.
+    /// `state` tells those of tasks of which there is no record. Returns what was measured, and
+    /// the scenes that could not be merged.
     ///
     /// # Errors
     /// [`Failure::File`] if a table cannot be written.

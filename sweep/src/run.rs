@@ -56,15 +56,16 @@ pub struct Job {
     pub folder: Folder,
     /// Time between checkpoints.
     pub checkpoint_every: Duration,
-    /// How long a process may be silent, or hold a task that another one wants, before it is given up.
+    /// How long a process may be silent, or hold a task that another one wants, before it is given
+    /// up.
     pub patience: Duration,
     /// Becomes true when all shall stop.
     pub stop: AtomicBool,
 }
 
 impl Job {
-    /// Runs a task; false if it was stopped. `progress` hears of the work done, in spheres times sweeps: before this call, and
-    /// by now.
+    /// Runs a task; false if it was stopped. `progress` hears of the work done, in spheres times
+    /// sweeps: before this call, and by now.
     ///
     /// # Errors
     /// [`Failure`].
@@ -77,8 +78,8 @@ impl Job {
         })
     }
 
-    /// Waits while another process has the checkpoint: that of a job that was sent twice, or that a killed `mpirun` left
-    /// behind.
+    /// Waits while another process has the checkpoint: that of a job that was sent twice, or that a
+    /// killed `mpirun` left behind.
     fn simulate(&self, task: Task, progress: impl Fn([u64; 2])) -> Result<bool, Failure> {
         let start = Instant::now();
         loop {

@@ -1,5 +1,6 @@
-//! A program that bytes write: it builds a scene, a scheme, moves and observers, runs, asks for everything, is stopped and goes on.
-//! No choice may panic or hang, and the run that was stopped ends as the one that was not. The fuzz target `api` gives the bytes.
+//! A program that bytes write: it builds a scene, a scheme, moves and observers, runs, asks for
+//! everything, is stopped and goes on. No choice may panic or hang, and the run that was stopped
+//! ends as the one that was not. The fuzz target `api` gives the bytes.
 
 #![allow(clippy::unwrap_used)]
 
@@ -281,7 +282,8 @@ where
     Ok(undisturbed.1)
 }
 
-/// The snapshot at the end, and what can be asked then; `stops` says whether it stops where it is told to.
+/// The snapshot at the end, and what can be asked then; `stops` says whether it stops where it is
+/// told to.
 fn go<S>(
     builder: &SimulationBuilder<AnyField, AnyTemperature, S>,
     fresh: &All,

@@ -111,7 +111,8 @@ fn advance<F: Field, T: TemperatureProfile, S: Scheme<F, T>, O: Observer>(
     }
 }
 
-/// Stops runs, each at some sweeps, goes on from the bytes of a file, and compares with a run that was not stopped.
+/// Stops runs, each at some sweeps, goes on from the bytes of a file, and compares with a run that
+/// was not stopped.
 fn require_same<F: Field + Clone, T: TemperatureProfile + Clone, S, O>(
     what: &str,
     builder: &SimulationBuilder<F, T, S>,
@@ -153,7 +154,8 @@ fn require_same<F: Field + Clone, T: TemperatureProfile + Clone, S, O>(
     }
 }
 
-/// Around the sweeps at which something happens: the first, the sorting, and steps of adaptations; twice in a row.
+/// Around the sweeps at which something happens: the first, the sorting, and steps of adaptations;
+/// twice in a row.
 const STOPS: [&[u64]; 4] = [&[0, 1], &[37, 38, 700], &[999, 1000], &[1001, 1303, 1999]];
 
 #[test]

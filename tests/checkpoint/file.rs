@@ -249,8 +249,8 @@ fn a_checkpoint_of_ten_million_spheres() {
     assert!(again.snapshot(&mut ()).unwrap().to_bytes() == fs::read(&path).unwrap());
 }
 
-/// Pieces that are removed, repeated, put elsewhere or made up, with a checksum that fits: a typed error, or a snapshot, of which
-/// the bytes are those that were read.
+/// Pieces that are removed, repeated, put elsewhere or made up, with a checksum that fits: a typed
+/// error, or a snapshot, of which the bytes are those that were read.
 #[test]
 fn what_was_changed_at_random_is_read_or_refused() {
     let bytes = snapshot().to_bytes();

@@ -72,7 +72,8 @@ fn next(state: &mut u64) -> u64 {
     mixed ^ (mixed >> 31)
 }
 
-/// So many runs, each killed at a random moment, many while they write a checkpoint; another process goes on to the end.
+/// So many runs, each killed at a random moment, many while they write a checkpoint; another
+/// process goes on to the end.
 fn killed_and_gone_on_with(count: u32) {
     let folder = tempdir().unwrap();
     let expected = undisturbed(&folder);

@@ -1,4 +1,5 @@
-//! What must hold of runs that are stopped and go on: `cargo test --features signals --test checkpoint`.
+//! What must hold of runs that are stopped and go on: `cargo test --features signals --test
+//! checkpoint`.
 
 #![allow(clippy::unwrap_used, unreachable_pub)]
 

@@ -1,4 +1,5 @@
-//! Reads any bytes as a checkpoint, and goes on from it if it is one. The fuzz target `checkpoint` gives the bytes.
+//! Reads any bytes as a checkpoint, and goes on from it if it is one. The fuzz target `checkpoint`
+//! gives the bytes.
 
 #![allow(clippy::unwrap_used)]
 
@@ -21,8 +22,8 @@ pub fn small() -> (SimulationBuilder<UniformField, Isothermal>, Observed) {
     (Simulation::builder(scene).moves(moves).seed(1), (Every::new(2, density), CenterOfMass::new(), pressure))
 }
 
-/// Once as they are, and once as if their length and checksum were right, so that all else has to be checked by itself. How often they
-/// were taken for a run.
+/// Once as they are, and once as if their length and checksum were right, so that all else has to
+/// be checked by itself. How often they were taken for a run.
 pub fn read(bytes: &[u8]) -> usize {
     let mut sealed = bytes.to_vec();
     if sealed.len() >= 24 {

@@ -273,7 +273,8 @@ fn a_trajectory_goes_on_with_the_run() {
     assert_eq!(fs::read(folder.path().join("parts.gsd")).unwrap(), binary);
 }
 
-/// Three stages of equilibration and production, the last with another observer; stopped again and again.
+/// Three stages of equilibration and production, the last with another observer; stopped again and
+/// again.
 #[test]
 fn stages_that_are_stopped_end_as_those_that_are_not() {
     fn stages<F: Field, T: TemperatureProfile, S>(

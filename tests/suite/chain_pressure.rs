@@ -10,7 +10,8 @@ use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{Every, Field, Scene, Simulation, Slab, TemperatureProfile};
 
-/// Joint standard errors, of less than a share `cap` of what is expected, between `measured` and `expected`.
+/// Joint standard errors, of less than a share `cap` of what is expected, between `measured` and
+/// `expected`.
 fn deviation(what: &str, measured: Estimate, expected: Estimate, cap: f64) -> f64 {
     let error = measured.standard_error.hypot(expected.standard_error);
     // A NaN fails the comparison too.

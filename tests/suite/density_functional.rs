@@ -70,7 +70,8 @@ fn layers_are_those_of_an_independent_solver() {
         assert_eq!(rows, 75);
     }
     for (temperature, center) in [(20.0, 49.3939), (30.0, 61.3926)] {
-        // That solver's box has a top, which the hottest column reaches: at 500 it lowers the center by 0.0002.
+        // That solver's box has a top, which the hottest column reaches: at 500 it lowers the center by
+        // 0.0002.
         let profile = column(temperature).lid(500.0).column_density(40.0).unwrap();
         assert!((profile.center_of_mass() - center).abs() < 1e-4, "{}", profile.center_of_mass());
     }
@@ -93,7 +94,8 @@ fn carries_its_weight<F: Field, T: TemperatureProfile>(
     assert!((lid - profile.pressure(399.5)).abs() < 1e-9 * profile.base_pressure());
 }
 
-/// The base carries the weight of the column, whatever the functional, field and temperature: contact theorem.
+/// The base carries the weight of the column, whatever the functional, field and temperature:
+/// contact theorem.
 #[test]
 fn contact_density_is_the_weight() {
     let gravity = UniformField::default();
@@ -116,7 +118,8 @@ fn contact_density_is_the_weight() {
     }
 }
 
-/// Above the layers the column is that of hydrostatics with the functional's own equation of state; where T varies too.
+/// Above the layers the column is that of hydrostatics with the functional's own equation of state;
+/// where T varies too.
 #[test]
 fn the_bulk_is_hydrostatic() {
     for rate in [0.0, 0.01] {
@@ -151,7 +154,8 @@ fn an_isothermal_column_is_the_limit_of_others() {
     assert!((found.chemical_potential() - known.chemical_potential()).abs() < 1e-8);
 }
 
-/// What a gas at a wall is to second order in its density, n(z)/n = 1 + 2η(1 − z)²(2 + z), every functional knows.
+/// What a gas at a wall is to second order in its density, n(z)/n = 1 + 2η(1 − z)²(2 + z), every
+/// functional knows.
 #[test]
 fn a_dilute_gas_at_a_wall_is_exact() {
     let eta = 1e-4;
@@ -165,7 +169,8 @@ fn a_dilute_gas_at_a_wall_is_exact() {
     }
 }
 
-/// In a box without weight: the uniform fluid in the middle, the contact theorem at both walls, and the adsorption equation of Gibbs.
+/// In a box without weight: the uniform fluid in the middle, the contact theorem at both walls, and
+/// the adsorption equation of Gibbs.
 #[test]
 fn sum_rules_hold_in_a_box_without_weight() {
     const HEIGHT: f64 = 60.0;

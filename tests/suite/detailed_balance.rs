@@ -77,8 +77,8 @@ fn theory_ratio<'a, E: EquationOfState>(
 /// Counted spheres per diameter of height that the theory stands for.
 const PRIOR_SPHERES: f64 = 3000.0;
 
-/// P/n of counted configurations with a pressure on the lid, `prior` standing in for spheres of its own in every bin if
-/// given.
+/// P/n of counted configurations with a pressure on the lid, `prior` standing in for spheres of its
+/// own in every bin if given.
 fn counted_ratios(
     scene: &AnyScene,
     acceleration: impl Fn(f64) -> f64,
@@ -306,8 +306,8 @@ proptest! {
     }
 }
 
-/// The paper's hottest case, thinned until the gas is ideal: below 27.7 diameters the effective field
-/// points up.
+/// The paper's hottest case, thinned until the gas is ideal: below 27.7 diameters the effective
+/// field points up.
 fn steep_scene() -> Scene<UniformField, ExponentialTemperature> {
     let temperature = ExponentialTemperature::new(80.0, 0.05).unwrap();
     Scene::new(slab(), 100, UniformField::default(), temperature).unwrap()

@@ -1,4 +1,5 @@
-//! Event chains: exact results, agreement with local moves, determinism, and scenes made to break them.
+//! Event chains: exact results, agreement with local moves, determinism, and scenes made to break
+//! them.
 
 // Positions are compared to the last bit.
 #![allow(clippy::float_cmp)]
@@ -144,7 +145,8 @@ fn two_spheres() {
     }
 }
 
-/// Σ u'(x)/A over the spheres, whose mean the contact density n(½⁺) equals where the lid is out of reach.
+/// Σ u'(x)/A over the spheres, whose mean the contact density n(½⁺) equals where the lid is out of
+/// reach.
 struct ReducedWeight<'a> {
     force: &'a dyn Fn(f64) -> f64,
     averages: BlockAverages,
@@ -176,8 +178,8 @@ impl<T: TemperatureProfile + Copy> Column<T> {
         scene
     }
 
-    /// Contact density, `h_c`, and n(x) in bins of one diameter from the base, of one run. The contact
-    /// theorem holds.
+    /// Contact density, `h_c`, and n(x) in bins of one diameter from the base, of one run. The
+    /// contact theorem holds.
     fn observe<S>(&self, scheme: S, moves: Moves, sweeps: u64) -> Result<Vec<Estimate>, String>
     where
         S: Scheme<Box<dyn Field>, T> + Copy,
@@ -311,7 +313,8 @@ fn a_sweep_has_its_path_on_average() {
 
 #[test]
 fn a_compact_start_melts() {
-    // Rows of spheres that all but touch around the box: the start leaves gaps, or chains would be stuck.
+    // Rows of spheres that all but touch around the box: the start leaves gaps, or chains would be
+    // stuck.
     let slab = Slab::new(60.0, 4.0, 4.0).unwrap();
     let scene = Scene::new(slab, 160, UniformField::default(), Isothermal::new(6.0).unwrap()).unwrap();
     let moves = tuned(FieldEvent::Relocate);

@@ -86,7 +86,8 @@ impl<F: Field, T: TemperatureProfile> Drive<F, T> for TemperaturePutStraightIn {
     }
 }
 
-/// Equation (31) as printed for a = 1, ideal gas: the sign and the prefactor of the second term wrong.
+/// Equation (31) as printed for a = 1, ideal gas: the sign and the prefactor of the second term
+/// wrong.
 #[derive(Debug, Clone, Copy)]
 struct EquationAsPrinted {
     base: f64,

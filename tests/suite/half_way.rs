@@ -1,4 +1,5 @@
-//! What is left when code of a user's own fails half-way: counters tell what happened, and whoever looks on is as before.
+//! What is left when code of a user's own fails half-way: counters tell what happened, and whoever
+//! looks on is as before.
 
 use gradient_mc::drive::{Drive, EffectivePotential, Scheme};
 use gradient_mc::field::UniformField;
@@ -55,7 +56,8 @@ impl Recorder for Heard {
 
 #[test]
 fn counters_tell_what_a_failed_sweep_did() {
-    // A gas that fills the box up to where the potential ends, in several slabs of domains; and a sphere that starts beyond it.
+    // A gas that fills the box up to where the potential ends, in several slabs of domains; and a
+    // sphere that starts beyond it.
     for (spheres, reaches) in [(400, 34.0), (1, 33.8)] {
         let slab = Slab::new(60.0, 8.0, 8.0).unwrap();
         let scene =
@@ -146,7 +148,8 @@ fn intervals_with_a_failed_sweep_do_not_count() {
         let fit = EquationOfStateFit::new(simulation.scene()).unwrap();
         let mut observers = (displacement, chains, fit);
         simulation.run(40, &mut observers).unwrap();
-        // Where the fault is met in the middle of a sweep, and of a chain; ten times in one interval, and once more.
+        // Where the fault is met in the middle of a sweep, and of a chain; ten times in one interval, and
+        // once more.
         for times in [10, 1] {
             on.store(true, Ordering::Relaxed);
             for _ in 0..times {

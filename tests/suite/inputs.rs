@@ -1,4 +1,5 @@
-//! Inputs that are lawful and unusual, or wrong: the answer is right, or an error that says why not.
+//! Inputs that are lawful and unusual, or wrong: the answer is right, or an error that says why
+//! not.
 
 use gradient_mc::drive::SelfConsistent;
 use gradient_mc::field::UniformField;
@@ -109,7 +110,8 @@ fn observers_without_frames_say_so() {
     }
 }
 
-/// Normal pressure from chains in the bins of the whole slab, and the exact means of the weight over them.
+/// Normal pressure from chains in the bins of the whole slab, and the exact means of the weight
+/// over them.
 fn chain_pressures(bins: usize) -> Vec<(Estimate, f64)> {
     let slab = Slab::new(60.0, 5.0, 5.0).unwrap();
     let scene = Scene::new(slab, 250, UniformField::default(), Isothermal::new(5.0).unwrap()).unwrap();
@@ -123,7 +125,8 @@ fn chain_pressures(bins: usize) -> Vec<(Estimate, f64)> {
     chains.points().unwrap().iter().map(|point| (point.normal, weight)).collect()
 }
 
-/// No center lies within half a diameter of a wall: the pressure there is that of the rest of the bin.
+/// No center lies within half a diameter of a wall: the pressure there is that of the rest of the
+/// bin.
 #[test]
 fn chain_pressure_at_a_wall_is_the_weight() {
     let (pressure, weight) = chain_pressures(60)[0];
@@ -134,7 +137,8 @@ fn chain_pressure_at_a_wall_is_the_weight() {
     assert!(agrees(pressure, weight, 0.02), "{pressure} where the weight is {weight}");
 }
 
-/// One bin has what many narrow ones have on average, however much the temperature changes within it.
+/// One bin has what many narrow ones have on average, however much the temperature changes within
+/// it.
 #[test]
 fn chain_pressure_of_a_wide_bin_is_the_mean_of_narrow_ones() {
     use gradient_mc::drive::EquationOfStateClosure;
@@ -158,7 +162,8 @@ fn chain_pressure_of_a_wide_bin_is_the_mean_of_narrow_ones() {
         profile.jackknife(mean).unwrap()
     });
     for axis in 0..2 {
-        // The same collisions in the same frames: they differ only by where T is read within an eighth of a diameter.
+        // The same collisions in the same frames: they differ only by where T is read within an eighth of a
+        // diameter.
         for wide in [one[axis], some[axis]] {
             let relative = (wide.mean / many[axis].mean - 1.0).abs();
             assert!(relative < 5e-4, "{wide} in wide bins, {} in narrow ones", many[axis]);
@@ -356,8 +361,8 @@ fn the_smallest_lengths_end() {
     }
 }
 
-/// A scene that is beyond the solver is given up after so many evaluations, and says so; one that oscillates is solved
-/// within them.
+/// A scene that is beyond the solver is given up after so many evaluations, and says so; one that
+/// oscillates is solved within them.
 #[test]
 fn hydrostatics_ends() {
     use gradient_mc::Hydrostatics;
@@ -392,8 +397,8 @@ fn hydrostatics_ends() {
 #[test]
 fn tolerances_lie_between_0_and_1() {
     let slab = Slab::new(30.0, 5.0, 5.0).unwrap();
-    // Without a gradient, which turns out by probes, there is nothing to be off; with a minute one both sides of the
-    // balance are the same sums but for rounding.
+    // Without a gradient, which turns out by probes, there is nothing to be off; with a minute one both
+    // sides of the balance are the same sums but for rounding.
     for (rate, text) in [(0.0, "isothermal"), (1e-11, "the weight above by 0 % at")] {
         let temperature = ExponentialTemperature::new(4.0, rate).unwrap();
         let scene = Scene::new(slab, 60, UniformField::default(), temperature).unwrap();
@@ -401,7 +406,8 @@ fn tolerances_lie_between_0_and_1() {
     }
 }
 
-/// Tolerances and lengths that are refused, and what the certificate says of a scene without a gradient.
+/// Tolerances and lengths that are refused, and what the certificate says of a scene without a
+/// gradient.
 fn certificate_of(scene: Scene<UniformField, ExponentialTemperature>, expected: &str) {
     let builder = Simulation::builder(scene).scheme(SelfConsistent::default());
     let mut simulation = builder.moves(EventChains::default()).seed(1).build().unwrap();
@@ -428,7 +434,8 @@ fn certificate_of(scene: Scene<UniformField, ExponentialTemperature>, expected: 
     assert!(text.contains(expected), "{text}");
 }
 
-/// Constant series have no correlation time, whatever number they hold, and do not become longer by running longer.
+/// Constant series have no correlation time, whatever number they hold, and do not become longer by
+/// running longer.
 #[test]
 fn series_that_never_change_are_no_series() {
     use gradient_mc::statistics::{autocorrelation, blocking, equilibration};
@@ -465,7 +472,8 @@ fn a_run_in_which_nothing_moved_says_so() {
     assert!(!warnings.iter().any(|warning| matches!(warning, Warning::NotMixed { .. })), "{warnings:?}");
 }
 
-/// The default start finds a configuration between freezing and melting, and says what does not fit.
+/// The default start finds a configuration between freezing and melting, and says what does not
+/// fit.
 #[test]
 fn the_default_start_knows_coexistence_and_full_slabs() {
     let slab = Slab::new(10.0, 5.0, 5.0).unwrap();
@@ -490,7 +498,8 @@ fn the_default_start_knows_coexistence_and_full_slabs() {
     }
 }
 
-/// A crystal's equation has no state for the thin top of an open column, and no column is so steep that nothing is left.
+/// A crystal's equation has no state for the thin top of an open column, and no column is so steep
+/// that nothing is left.
 #[test]
 fn theories_that_end_say_where() {
     use gradient_mc::Hydrostatics;

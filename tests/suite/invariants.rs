@@ -51,7 +51,8 @@ enum SchemeCase {
     Instantaneous,
 }
 
-/// Local moves with S as a fraction of the largest allowed, or chains of some length, tuned if there is none.
+/// Local moves with S as a fraction of the largest allowed, or chains of some length, tuned if
+/// there is none.
 #[derive(Debug, Clone, Copy)]
 enum MovesCase {
     Local(f64),
@@ -173,8 +174,8 @@ where
     Ok(simulation.positions())
 }
 
-/// Starts may refuse what does not fit, hydrostatics a scene beyond its equation of state, and chains a
-/// crystal that has not melted; nothing else may go wrong.
+/// Starts may refuse what does not fit, hydrostatics a scene beyond its equation of state, and
+/// chains a crystal that has not melted; nothing else may go wrong.
 fn accept_refusals<T>(outcome: Result<T, Error>) -> Option<T> {
     match outcome {
         Ok(value) => Some(value),

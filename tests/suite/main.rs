@@ -1,7 +1,8 @@
-//! What must hold: one program, so that the library is linked once and all cores stay busy to the end.
+//! What must hold: one program, so that the library is linked once and all cores stay busy to the
+//! end.
 //!
-//! `cargo test --test suite exact_results` runs one module. Apart from these, `threads` runs with the feature `rayon`
-//! too, and `no_trace` counts allocations.
+//! `cargo test --test suite exact_results` runs one module. Apart from these, `threads` runs with
+//! the feature `rayon` too, and `no_trace` counts allocations.
 
 #![allow(clippy::disallowed_methods, unreachable_pub)]
 

@@ -129,8 +129,8 @@ fn verdicts_and_profiles_of_runs() {
     }
 }
 
-/// A column of `spheres` over 5 x 5 under a lid at `height`, with `temperature` there, which varies at the rate `decay_rate`, and
-/// its mirror image.
+/// A column of `spheres` over 5 x 5 under a lid at `height`, with `temperature` there, which varies
+/// at the rate `decay_rate`, and its mirror image.
 fn pair(height: f64, spheres: usize, temperature: f64, decay_rate: f64) -> [Column; 2] {
     let slab = Slab::new(height, 5.0, 5.0).unwrap();
     let scene = |acceleration: f64, base: f64, rate: f64| {
@@ -143,7 +143,8 @@ fn pair(height: f64, spheres: usize, temperature: f64, decay_rate: f64) -> [Colu
 
 #[test]
 fn models_for_a_scene() {
-    // Dilute and dense, in a slab of whole diameters and not, with T that varies, under a lid that is too low, and one that freezes.
+    // Dilute and dense, in a slab of whole diameters and not, with T that varies, under a lid that is
+    // too low, and one that freezes.
     let scenes = [
         (20.0, 20, 1.5, 0.0),
         (20.3, 75, 1.5, 0.0),
@@ -200,7 +201,8 @@ fn thin_cold_layers_do_not_freeze() {
     }
 }
 
-/// The theory of a column is that of its mirror image also where next to nothing is left at the far wall; and a run can start from it.
+/// The theory of a column is that of its mirror image also where next to nothing is left at the far
+/// wall; and a run can start from it.
 #[test]
 fn cold_columns() {
     for spheres in [10, 50, 200] {

@@ -65,7 +65,8 @@ fn measured<S: Scheme<UniformField, ExponentialTemperature>>(
     (simulation, deviations)
 }
 
-/// Whether Z is off beyond doubt in a range: by more than 5 % and 4 standard errors, on the side that is expected.
+/// Whether Z is off beyond doubt in a range: by more than 5 % and 4 standard errors, on the side
+/// that is expected.
 #[track_caller]
 fn assert_misses(deviation: Estimate, side: Ordering) {
     let sigma = deviation.deviation_from(0.0);
@@ -121,8 +122,8 @@ fn the_instantaneous_histogram_misses_it() {
     assert_misses(found[0], Ordering::Less);
 }
 
-/// A field frozen while the column still falls is not that of the density which it makes. The certificate says so, and
-/// so does the pressure.
+/// A field frozen while the column still falls is not that of the density which it makes. The
+/// certificate says so, and so does the pressure.
 #[test]
 fn a_field_frozen_too_early_is_caught() {
     let scene = column(steep());
@@ -320,8 +321,9 @@ proptest! {
     }
 }
 
-/// Temperatures that fall by a tenth to a third of themselves over a diameter: nobody's equation of state is good there,
-/// so the field has to come from the measurement. An independent iteration has n = 0.821(5) at 0.55 for β = 0.2.
+/// Temperatures that fall by a tenth to a third of themselves over a diameter: nobody's equation of
+/// state is good there, so the field has to come from the measurement. An independent iteration has
+/// n = 0.821(5) at 0.55 for β = 0.2.
 #[test]
 fn steep_temperatures_are_measured() {
     for (decay_rate, density) in [(0.1, None), (0.2, Some(Estimate::new(0.821, 0.005))), (0.3, None)] {
@@ -377,8 +379,8 @@ fn certificates_state_the_measured_share() {
     assert!(measured.bulk > 0.99 && (measured.walls - 0.9).abs() < 0.05 && !warned, "{measured}");
     let (measured, warned) = after(SelfConsistent::default().closure_weight(1e6).unwrap(), chains, 2000);
     assert!(measured.bulk > 0.99 && measured.walls < 0.2 && warned, "{measured}");
-    // Local moves have no collisions. Some 20 spheres per diameter, looked at every fourth sweep of three quarters of 976
-    // sweeps: 4000 against 10 000.
+    // Local moves have no collisions. Some 20 spheres per diameter, looked at every fourth sweep of
+    // three quarters of 976 sweeps: 4000 against 10 000.
     let (measured, warned) = after(SelfConsistent::default(), local, 2000);
     assert!((measured.bulk - 0.2).abs() < 0.12 && (measured.walls - 0.9).abs() < 0.05, "{measured}");
     assert!(!warned);

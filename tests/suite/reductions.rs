@@ -121,7 +121,8 @@ proptest! {
 
 #[test]
 fn drives_are_linear_in_a_small_decay_rate() {
-    // u(β) = u(0) + β u₁ + O(β²): the odd part is the ideal-gas one x²/(2T) - x, the even part is small.
+    // u(β) = u(0) + β u₁ + O(β²): the odd part is the ideal-gas one x²/(2T) - x, the even part is
+    // small.
     let rate = 1e-6;
     for height in [10.0, 120.0, 399.5] {
         let at = |rate: f64| {

@@ -1,7 +1,8 @@
-//! Every failure that `docs/stability.md` tells of, in a small scene: what the program says there must not disappear.
+//! Every failure that `docs/stability.md` tells of, in a small scene: what the program says there
+//! must not disappear.
 //!
-//! Variants of `Warning` one by one, and healthy runs without any, are in `warnings.rs`; here is what the maps of the example
-//! `stability` show.
+//! Variants of `Warning` one by one, and healthy runs without any, are in `warnings.rs`; here is
+//! what the maps of the example `stability` show.
 
 use gradient_mc::drive::{
     Automatic, AveragedThenFrozen, Drive, EquationOfStateClosure, Instantaneous, RunningAverage, Scheme,
@@ -103,7 +104,8 @@ fn local_moves_too_small_and_too_large() {
     // The paper's size: on its way.
     let slow = run(column(6.0), Automatic, RandomInsertion::default(), local(0.75), [500, 1000]);
     slow.must(|warning| matches!(warning, Warning::NotMixed { evidence: MixingEvidence::Drift { .. }, .. }));
-    // From the theory's profile, where nothing drifts and the error bar is smallest where it is most wrong.
+    // From the theory's profile, where nothing drifts and the error bar is smallest where it is most
+    // wrong.
     let quiet = run(column(1.5), Automatic, Theory, local(0.01), [500, 2000]);
     quiet.must(not_mixed);
     // Too large for the base.
@@ -192,7 +194,8 @@ fn columns_that_freeze() {
     for said in [&above, &below] {
         said.must(metastable).must(|warning| matches!(warning, Warning::BoxIncommensurate { .. }));
     }
-    // The solver finds the front between fluid and solid, also where ln P falls by less than its rounding over the narrowest panel.
+    // The solver finds the front between fluid and solid, also where ln P falls by less than its
+    // rounding over the narrowest panel.
     for rate in [0.02, 0.07, 0.1, 0.2] {
         let column = Hydrostatics::new(
             ExponentialField::new(rate).unwrap(),
@@ -239,7 +242,8 @@ fn feedback_that_is_wrong() {
     let said =
         run(cooling(), SelfConsistent::default().bin_width(5.0).unwrap(), Theory, chains, [1000, 3000]);
     said.must(feedback);
-    // The default, long enough: the balance is known to 0.4 to 1.3 % for eight seeds, where 2.5 % are asked.
+    // The default, long enough: the balance is known to 0.4 to 1.3 % for eight seeds, where 2.5 % are
+    // asked.
     let said = run(cooling(), SelfConsistent::default(), Theory, chains, [8000, 8000]);
     said.must_not(counting).must_not(changing).must_not(feedback);
 }
@@ -275,7 +279,8 @@ fn bins_that_see_nothing_or_too_much() {
         "{said:?}"
     );
     assert!(coarse.observer.warnings().is_empty(), "{:?}", coarse.observer.warnings());
-    // Five diameters, in which the density falls by a factor: P/(nT) of the mean is not that of any height.
+    // Five diameters, in which the density falls by a factor: P/(nT) of the mean is not that of any
+    // height.
     let [wide, fit] = [5.0, 0.5].map(|width| profile(width).warnings());
     assert!(matches!(wide[..], [.., Warning::WideBins { bias, .. }] if bias > 0.01), "{wide:?}");
     assert!(!fit.iter().any(|warning| matches!(warning, Warning::WideBins { .. })), "{fit:?}");
@@ -325,7 +330,8 @@ fn gradients_that_are_too_steep_for_a_local_theory() {
     };
     assert!(few(0.5).iter().any(steep), "{:?}", few(0.5));
     assert!(!few(10.0).iter().any(steep), "{:?}", few(10.0));
-    // In a simulation with a temperature that falls as fast, P = n T Z(η) is what is meant by the scene, and it is no more.
+    // In a simulation with a temperature that falls as fast, P = n T Z(η) is what is meant by the
+    // scene, and it is no more.
     let temperature = ExponentialTemperature::new(5.0, 0.8).unwrap();
     let scene = scene(17.5, 5.0, UniformField::default(), temperature);
     run(scene, EquationOfStateClosure::default(), Theory, EventChains::default(), [10, 400]).must(steep);
@@ -345,8 +351,8 @@ impl Field for Barrier {
 
 #[test]
 fn jumps_of_a_users_own() {
-    // A temperature that halves: the field of the theory is right over the jump, wherever its bins are. For an ideal gas
-    // u rises by −∫T d(1/T) = ln ½, and falls by what gravity does.
+    // A temperature that halves: the field of the theory is right over the jump, wherever its bins are.
+    // For an ideal gas u rises by −∫T d(1/T) = ln ½, and falls by what gravity does.
     let temperature = TemperatureFn(|height: f64| if height < STEP { 6.0 } else { 3.0 });
     let jump = scene(40.0, 5.0, UniformField::default(), temperature);
     for bin_width in [0.1, 0.13] {
@@ -360,7 +366,8 @@ fn jumps_of_a_users_own() {
     said.must(
         |warning| matches!(warning, Warning::DensityJump { height, .. } if (height - STEP).abs() < 1e-6),
     );
-    // A field that jumps, given by a closure, is what it says; to one sphere exp(−φ/T) says where it is.
+    // A field that jumps, given by a closure, is what it says; to one sphere exp(−φ/T) says where it
+    // is.
     let slab = Slab::new(30.0, 4.0, 4.0).unwrap();
     let field = FieldFn::new(|height: f64| if height < STEP { 1.0 } else { 3.0 }, &slab).unwrap();
     for height in [0.5, 3.99, 4.0, 4.01, 12.5] {
@@ -400,7 +407,8 @@ fn starts_that_do_not_fit() {
 
 #[test]
 fn positions_of_single_precision() {
-    // Two spheres that touch in single precision and overlap in double: the library does not go on from there.
+    // Two spheres that touch in single precision and overlap in double: the library does not go on from
+    // there.
     let [x, y] = (0_u16..1000)
         .map(|step| {
             let x = 0.6 + f32::from(step) * 1e-4;

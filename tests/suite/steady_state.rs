@@ -1,7 +1,7 @@
 //! The steady state is reached from both sides: a start far too high and one far too compact meet.
 //!
-//! Errors come from independent replicas, so that they contain whatever a single run cannot know about
-//! itself: its slowest mode, and the noise that a self-consistent field was frozen with.
+//! Errors come from independent replicas, so that they contain whatever a single run cannot know
+//! about itself: its slowest mode, and the noise that a self-consistent field was frozen with.
 
 use gradient_mc::drive::{Automatic, Scheme, SelfConsistent};
 use gradient_mc::field::UniformField;
@@ -63,7 +63,8 @@ fn meet(high: &[(f64, f64)], low: &[(f64, f64)], cap: f64) -> Result<(), String>
     Ok(())
 }
 
-/// Whether the center of mass is still above: by more than the same number of joint errors, the relative error below `cap`.
+/// Whether the center of mass is still above: by more than the same number of joint errors, the
+/// relative error below `cap`.
 fn is_above(high: &[(f64, f64)], low: &[(f64, f64)], cap: f64) -> Result<(), String> {
     let (a, b) = (high[0], low[0]);
     let error = a.1.hypot(b.1);

@@ -38,8 +38,10 @@ fn layers_at_the_base_of_a_fluid() {
     let in_plane = Every::new(10, (&mut distribution, &mut angles, &mut hexatic));
     simulation.run(5500, &mut (&mut density, in_plane, Every::new(100, &mut structure))).unwrap();
 
-    // White Bear II (fmt_WBII_T5_bins_extrapolated.csv) has 4.755 in the first bin and 0.771 spheres per area from 0.5 to
-    // 1. The other layers are sharper here than there, with local moves as with chains: the second has 1.75(2) at 1.45, where
+    // White Bear II (fmt_WBII_T5_bins_extrapolated.csv) has 4.755 in the first bin and 0.771 spheres
+    // per area from 0.5 to
+    // 1. The other layers are sharper here than there, with local moves as with chains: the second has
+    //    1.75(2) at 1.45, where
     // the functional has 1.35 (and 1.57 at 1.55); so positions are asked for, and not its extrema.
     let layers = density.observer.layers(Layer::CLEAR).unwrap();
     assert!(layers.len() >= 4, "{layers:?}");
@@ -109,8 +111,8 @@ impl Stacked {
     }
 }
 
-/// Fraction of the spheres of a crystal between two walls that are recognized layer by layer, with the thermal noise of hard
-/// spheres at this packing fraction.
+/// Fraction of the spheres of a crystal between two walls that are recognized layer by layer, with
+/// the thermal noise of hard spheres at this packing fraction.
 fn recognized(packing_fraction: f64) -> f64 {
     let density = packing_fraction * 6.0 / std::f64::consts::PI;
     let spacing = (2.0_f64.sqrt() / density).cbrt();
@@ -153,8 +155,8 @@ fn stackings_are_recognized_under_thermal_noise() {
     assert!(melting > 0.96 && denser > 0.985, "{melting} {denser}");
 }
 
-/// A crystal that stands on the base under its own weight stays what it was, melts at the top where the pressure is below
-/// that of coexistence, P/T = 11.57, and shows its layers.
+/// A crystal that stands on the base under its own weight stays what it was, melts at the top where
+/// the pressure is below that of coexistence, P/T = 11.57, and shows its layers.
 #[test]
 fn crystals_under_their_weight_keep_their_stacking() {
     let temperature = 0.5;
@@ -182,7 +184,8 @@ fn crystals_under_their_weight_keep_their_stacking() {
         assert!(right.mean > 0.98 && right.standard_error < 0.01, "{letters}: {right}");
         let above = structure.over(12.0, 20.0).unwrap();
         assert!(above.fluid.mean > 0.99, "{}", above.fluid);
-        // The fluid weighs what coexistence can bear, within one layer: the crystal is strained, and melts layer by layer.
+        // The fluid weighs what coexistence can bear, within one layer: the crystal is strained, and melts
+        // layer by layer.
         let front = structure.front().unwrap().unwrap();
         let fluid = |densities: &[f64]| {
             let above =
@@ -232,8 +235,8 @@ fn crystals_under_their_weight_keep_their_stacking() {
     }
 }
 
-/// A column that starts far too high: where it becomes steady is found, what follows agrees with a run that starts near the
-/// steady state, and the whole series does not.
+/// A column that starts far too high: where it becomes steady is found, what follows agrees with a
+/// run that starts near the steady state, and the whole series does not.
 #[test]
 fn relaxation_of_a_column_is_found() {
     let slab = Slab::new(120.0, 6.0, 6.0).unwrap();

@@ -267,7 +267,8 @@ fn pointers_forward_every_method() {
 // Hydrostatics against the reference solvers
 // ---------------------------------------------------------------------------------------------
 
-/// Compares a file of reference columns; returns the worst relative deviation of base, center of mass and profile.
+/// Compares a file of reference columns; returns the worst relative deviation of base, center of
+/// mass and profile.
 fn compare_with_reference<E: EquationOfState + Copy>(file: &str, equation: E) -> [f64; 3] {
     let path = format!("{}/tests/reference/{file}", env!("CARGO_MANIFEST_DIR"));
     let mut reader = csv::Reader::from_path(path).unwrap();
@@ -397,8 +398,9 @@ fn front(profile: &HydrostaticProfile) -> f64 {
 }
 
 /// What is not known about coexistence moves the front of the paper's column at alpha = 0.1 by less
-/// than 0.003 d: the measured pressure within its error, another fluid, the pressure of equal chemical
-/// potentials. The older P/T = 11.56 differs by 0.014 d, a crystal of 0.1 % more pressure by 0.01 d.
+/// than 0.003 d: the measured pressure within its error, another fluid, the pressure of equal
+/// chemical potentials. The older P/T = 11.56 differs by 0.014 d, a crystal of 0.1 % more pressure
+/// by 0.01 d.
 #[test]
 fn the_front_of_the_crystal_is_known() {
     let at = |reduced_pressure| Coexistence { reduced_pressure, ..Coexistence::default() };
@@ -469,7 +471,8 @@ fn chemical_potentials_agree_where_simulations_have_coexistence() {
 // Closed forms and identities
 // ---------------------------------------------------------------------------------------------
 
-/// Where ln P has fallen to within a rounding of the transition, a panel must still get across: this column's did not.
+/// Where ln P has fallen to within a rounding of the transition, a panel must still get across:
+/// this column's did not.
 #[test]
 fn a_transition_is_crossed_where_rounding_would_stop_it() {
     let slab = Slab::new(400.0, 5.0, 5.0).unwrap();
@@ -722,7 +725,8 @@ fn a_closure_field_gives_the_profile_of_its_type() {
     let profile =
         Hydrostatics::new(&closure, temperature, CarnahanStarling).lid(400.0).column_density(40.0).unwrap();
     assert_relative_eq!(profile.center_of_mass(), 31.922_681_144_164, max_relative = 1e-11);
-    // A field of which only the potential is known: its slope is a difference, with the rounding of one.
+    // A field of which only the potential is known: its slope is a difference, with the rounding of
+    // one.
     struct OnlyPotential;
     impl Field for OnlyPotential {
         fn potential(&self, height: f64) -> f64 {
@@ -905,7 +909,8 @@ fn coexistence_without_weight_has_no_profile() {
     assert!(column.column_density(20.0 * number_density(0.6)).is_ok());
 }
 
-/// Taken for a column between x = 0.25 and a quarter of a diameter below the lid, the fluid of this box would be beyond freezing.
+/// Taken for a column between x = 0.25 and a quarter of a diameter below the lid, the fluid of this
+/// box would be beyond freezing.
 #[test]
 fn a_box_of_fluid_close_to_freezing_has_a_profile() {
     let weightless = UniformField::new(0.0).unwrap();
@@ -950,8 +955,9 @@ proptest! {
     }
 }
 
-/// Centers of mass of the White Bear II density functional at a hard wall, from a solver independent of the project: the
-/// local theory is right about them once it begins where scaled-particle theory says.
+/// Centers of mass of the White Bear II density functional at a hard wall, from a solver
+/// independent of the project: the local theory is right about them once it begins where
+/// scaled-particle theory says.
 #[test]
 fn columns_between_walls_have_the_center_of_mass_of_density_functional_theory() {
     let slab = Slab::new(400.0, 25.0, 25.0).unwrap();

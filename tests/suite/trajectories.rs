@@ -1,4 +1,5 @@
-//! Trajectories: what is written is what is read, and what is not a trajectory is an error that says where.
+//! Trajectories: what is written is what is read, and what is not a trajectory is an error that
+//! says where.
 
 use gradient_mc::field::UniformField;
 use gradient_mc::observers::{BondOrder, ExtendedXyz, Gsd, HexaticOrder, RadialDistribution};
@@ -349,7 +350,8 @@ proptest! {
     }
 }
 
-/// Frames in both formats and what observers find in them, for `.ci/read_trajectory`, which has other programs find the same.
+/// Frames in both formats and what observers find in them, for `.ci/read_trajectory`, which has
+/// other programs find the same.
 #[test]
 #[ignore = "writes files for other programs"]
 fn for_other_programs() {

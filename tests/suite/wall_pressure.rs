@@ -41,7 +41,8 @@ fn scene_of(scene: &AtAnyTemperature) -> Scene<UniformField, &dyn TemperaturePro
     Scene::new(*scene.slab(), scene.particles(), *scene.field(), &**scene.temperature()).unwrap()
 }
 
-/// In the middle of a closed box the pressure of the walls, and the weight above, are those of the equation of state.
+/// In the middle of a closed box the pressure of the walls, and the weight above, are those of the
+/// equation of state.
 #[test]
 fn the_walls_of_a_closed_box_bear_the_pressure_of_the_fluid() {
     for (acceleration, decay) in [(0.0, 0.0), (0.2, 0.03)] {
@@ -71,11 +72,14 @@ fn the_walls_of_a_closed_box_bear_the_pressure_of_the_fluid() {
     }
 }
 
-/// Two spheres in a box without weight, where centers have a height L over a base A. With Δ the difference of their heights
+/// Two spheres in a box without weight, where centers have a height L over a base A. With Δ the
+/// difference of their heights
 ///
-/// Q(L) = A ∫∫ [A − π (1 − Δ²)₊] dx dx′ = A (A L² − 4π L/3 + π/2) from L = 1 on, and P = (T/A) d ln Q/dL.
+/// Q(L) = A ∫∫ [A − π (1 − Δ²)₊] dx dx′ = A (A L² − 4π L/3 + π/2) from L = 1 on, and P = (T/A) d ln
+/// Q/dL.
 ///
-/// Collisions make 8.2 % of it: with collisions that are off by 3 % it is off by 0.25 %. Short chains know it best.
+/// Collisions make 8.2 % of it: with collisions that are off by 3 % it is off by 0.25 %. Short
+/// chains know it best.
 #[test]
 fn two_spheres_in_a_box_press_as_they_must() {
     const PI: f64 = std::f64::consts::PI;
@@ -104,7 +108,8 @@ fn two_spheres_in_a_box_press_as_they_must() {
 #[test]
 fn errors_of_the_pressure_are_honest() {
     const REPLICAS: u64 = 16;
-    // A closed box, a column under a low lid, and one that hangs from it above a base that it hardly touches.
+    // A closed box, a column under a low lid, and one that hangs from it above a base that it hardly
+    // touches.
     let scenes =
         [scene(10.0, 100, 0.0, 2.0, 0.0), scene(25.0, 100, 1.0, 6.0, 0.02), scene(25.0, 100, -1.0, 5.0, 0.0)];
     for scene in &scenes {

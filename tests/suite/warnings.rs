@@ -15,7 +15,8 @@ use gradient_mc::{
     Field, Hydrostatics, MixingEvidence, Observer, Scene, Simulation, Slab, TemperatureProfile, Warning,
 };
 
-/// The paper's columns at a quarter of their height: ten spheres per area and a quarter of the temperature.
+/// The paper's columns at a quarter of their height: ten spheres per area and a quarter of the
+/// temperature.
 const SPHERES_PER_AREA: f64 = 10.0;
 const TEMPERATURE: f64 = 3.75;
 
@@ -252,7 +253,8 @@ fn a_column_that_freezes_is_warned_of_and_so_is_a_box_that_does_not_fit() {
         local(ClosePacked, 0.1, [0, 200]).of(scene, &mut ())
     };
     let warnings = cold(6.0, 6.0);
-    // P/T falls from 16.7 to 11.57 where 3.1 of the ten spheres per area are below: some 2.8 diameters up.
+    // P/T falls from 16.7 to 11.57 where 3.1 of the ten spheres per area are below: some 2.8 diameters
+    // up.
     assert_warned!(
         warnings,
         Warning::Metastable { lowest_height, highest_height, packing_fraction, .. }
@@ -276,7 +278,8 @@ fn a_column_that_freezes_is_warned_of_and_so_is_a_box_that_does_not_fit() {
     );
 }
 
-/// Few cold spheres lie on the wall as a gas, though their weight per area is many times that of freezing over T.
+/// Few cold spheres lie on the wall as a gas, though their weight per area is many times that of
+/// freezing over T.
 #[test]
 fn a_thin_cold_layer_does_not_freeze_and_a_dense_one_does() {
     let frozen = |spheres_per_area: f64, acceleration: f64| {

@@ -1,22 +1,23 @@
 //! How far a profile of a column is from another, and how far its own error bars say that it is.
 //!
-//! Profiles are means of n over bins one diameter high, from x = 0, and P at the middles of these bins.
+//! Profiles are means of n over bins one diameter high, from x = 0, and P at the middles of these
+//! bins.
 
 use std::f64::consts::FRAC_2_PI;
 
 /// Height of a bin.
 pub const BIN_HEIGHT: f64 = 1.0;
 
-/// The fraction of all spheres that is at a wrong height, resolved to a diameter: half of ∫|n − n'| dx over N/A, the
-/// total-variation distance.
+/// The fraction of all spheres that is at a wrong height, resolved to a diameter: half of ∫|n − n'|
+/// dx over N/A, the total-variation distance.
 pub fn total_variation_distance(density: &[f64], reference: &[f64], column_density: f64) -> f64 {
     let distance: f64 =
         density.iter().zip(reference).map(|(density, reference)| (density - reference).abs()).sum();
     0.5 * distance * BIN_HEIGHT / column_density
 }
 
-/// The total variation distance to be expected of a density that is right but for normal noise of these standard errors:
-/// the mean magnitude of such noise is √(2/π) of its standard deviation.
+/// The total variation distance to be expected of a density that is right but for normal noise of
+/// these standard errors: the mean magnitude of such noise is √(2/π) of its standard deviation.
 pub fn expected_total_variation_distance(standard_errors: &[f64], column_density: f64) -> f64 {
     0.5 * FRAC_2_PI.sqrt() * standard_errors.iter().sum::<f64>() * BIN_HEIGHT / column_density
 }
@@ -36,8 +37,8 @@ fn worse(one: f64, other: f64) -> f64 {
     if one.is_nan() || other.is_nan() { f64::NAN } else { one.max(other) }
 }
 
-/// The root mean square of `values` relative to `reference`, over the bins of the bulk: above the layers at the base
-/// (x > 8), and where the packing fraction of the reference is above 0.05.
+/// The root mean square of `values` relative to `reference`, over the bins of the bulk: above the
+/// layers at the base (x > 8), and where the packing fraction of the reference is above 0.05.
 pub fn bulk_deviation(values: &[f64], reference: &[f64], reference_density: &[f64]) -> f64 {
     const LOWEST: f64 = 8.0;
     /// Packing fraction 0.05, in spheres per cubic diameter.

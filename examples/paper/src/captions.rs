@@ -3,7 +3,8 @@
 use super::{Failure, output};
 use std::path::Path;
 
-/// Writes `captions.csv`: the file of each picture, in the order in which they are to be seen, and what it shows.
+/// Writes `captions.csv`: the file of each picture, in the order in which they are to be seen, and
+/// what it shows.
 pub fn write_captions(directory: &Path, captions: &[(String, String)]) -> Result<(), Failure> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(["file", "caption"])?;

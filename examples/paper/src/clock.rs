@@ -14,8 +14,8 @@ pub fn process_cpu_seconds() -> f64 {
     ProcessTime::now().as_duration().as_secs_f64()
 }
 
-/// CPU seconds of a piece of work on one thread. As an observer it is part of checkpoints: a process that goes on from one adds
-/// what the processes before it took up to there.
+/// CPU seconds of a piece of work on one thread. As an observer it is part of checkpoints: a
+/// process that goes on from one adds what the processes before it took up to there.
 #[derive(Debug, Clone, Copy)]
 pub struct Stopwatch {
     before: f64,

@@ -43,8 +43,8 @@ pub fn base_bins(profile: &LayeredProfile) -> impl Iterator<Item = (f64, f64)> +
     })
 }
 
-/// n(x) at the base at T₀ = 5 by a Monte Carlo program that has nothing in common with the library (`tests/reference/README.md`), in the lowest
-/// of these bins.
+/// n(x) at the base at T₀ = 5 by a Monte Carlo program that has nothing in common with the library
+/// (`tests/reference/README.md`), in the lowest of these bins.
 pub fn independent_base() -> Result<Vec<Estimate>, Failure> {
     let text = include_str!("../../../tests/reference/layers_T5_monte_carlo.csv");
     let mut reader = csv::Reader::from_reader(text.as_bytes());

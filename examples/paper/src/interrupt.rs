@@ -5,8 +5,9 @@ use gradient_mc::checkpoint::Signals;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Whether the process was told to stop: by Ctrl-C, by SIGTERM or SIGUSR1, as queues do, or because its terminal is gone (SIGHUP).
-/// The first asks for a clean stop; a second Ctrl-C ends the process, with the last checkpoints intact.
+/// Whether the process was told to stop: by Ctrl-C, by SIGTERM or SIGUSR1, as queues do, or because
+/// its terminal is gone (SIGHUP). The first asks for a clean stop; a second Ctrl-C ends the
+/// process, with the last checkpoints intact.
 #[derive(Debug, Clone)]
 pub struct Interrupt {
     signals: Option<Signals>,

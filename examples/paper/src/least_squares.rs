@@ -2,8 +2,8 @@
 
 use nalgebra::{SMatrix, SVector};
 
-/// Weighted linear least squares by the normal equations: rows of features, value and weight. NaN if they are singular, that is
-/// if a feature is a combination of others to within a millionth.
+/// Weighted linear least squares by the normal equations: rows of features, value and weight. NaN
+/// if they are singular, that is if a feature is a combination of others to within a millionth.
 pub fn least_squares<const N: usize>(rows: &[([f64; N], f64, f64)]) -> [f64; N] {
     let mut normal = SMatrix::<f64, N, N>::zeros();
     let mut right = SVector::<f64, N>::zeros();

@@ -1,15 +1,19 @@
-//! What the studies of `gradient-mc` share. A study is a program under `src/bin` that reproduces figures of
-//! doi:10.1103/PhysRevE.83.061306 or compares methods.
+//! What the studies of `gradient-mc` share. A study is a program under `src/bin` that reproduces
+//! figures of doi:10.1103/PhysRevE.83.061306 or compares methods.
 //!
 //! A study is made of
 //!
-//! 1. options of its own beside those of every study, and [`study::main`], which reads both, makes the directory, listens
-//!    to signals and sets the exit code: 0 done, 1 a claim fails, 2 an error, 130 interrupted;
-//! 2. runs: [`Session::run_all`] does many on all cores, with a bar, a seed each ([`Session::seed`]) and from both
-//!    [sides](study::Side) of the steady state. They go on where an earlier process was stopped ([`Watch`]), by the same
-//!    command; the directory `unfinished` beside the results holds what that takes until all is done;
-//! 3. a [`Report`]: CSV files, pictures ([`figure`]) with captions, and tables on the terminal ([`table`]);
-//! 4. claims in it: a number with an error and a range each ([`verdict`]). They decide the exit code;
+//! 1. options of its own beside those of every study, and [`study::main`], which reads both, makes
+//!    the directory, listens to signals and sets the exit code: 0 done, 1 a claim fails, 2 an
+//!    error, 130 interrupted;
+//! 2. runs: [`Session::run_all`] does many on all cores, with a bar, a seed each
+//!    ([`Session::seed`]) and from both [sides](study::Side) of the steady state. They go on where
+//!    an earlier process was stopped ([`Watch`]), by the same command; the directory `unfinished`
+//!    beside the results holds what that takes until all is done;
+//! 3. a [`Report`]: CSV files, pictures ([`figure`]) with captions, and tables on the terminal
+//!    ([`table`]);
+//! 4. claims in it: a number with an error and a range each ([`verdict`]). They decide the exit
+//!    code;
 //! 5. what the runs say against themselves ([`warnings`]).
 //!
 //! A whole study:
@@ -52,9 +56,10 @@
 //! }
 //! ```
 //!
-//! `all_figures` puts the pictures, captions and claims of the four studies that draw the paper's figures on one page. Beside
-//! what studies share there are [`homogeneous`] Monte Carlo, the opponent of the gradient; the [`calibration`] of the
-//! library's models; and a [plain] program, the yardstick of the benches.
+//! `all_figures` puts the pictures, captions and claims of the four studies that draw the paper's
+//! figures on one page. Beside what studies share there are [`homogeneous`] Monte Carlo, the
+//! opponent of the gradient; the [`calibration`] of the library's models; and a [plain] program,
+//! the yardstick of the benches.
 
 #![allow(
     clippy::must_use_candidate,

@@ -6,7 +6,8 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Creates a directory with its parents, and sees that files can be written to it; the error names it.
+/// Creates a directory with its parents, and sees that files can be written to it; the error names
+/// it.
 pub fn create_directory(path: &Path) -> Result<(), Failure> {
     fs::create_dir_all(path).map_err(|error| format!("cannot create {}: {error}", path.display()))?;
     let probe = path.join(format!("probe.{}", std::process::id()));
@@ -35,8 +36,8 @@ pub fn write_by(path: &Path, write: impl FnOnce(&Path) -> Result<(), Failure>) -
     })
 }
 
-/// Writes a CSV file: a comment line with the units, the names of the columns (between commas), and one row per record. A record
-/// of another length is an error.
+/// Writes a CSV file: a comment line with the units, the names of the columns (between commas), and
+/// one row per record. A record of another length is an error.
 pub fn write_csv(
     path: &Path,
     units: &str,
@@ -64,7 +65,8 @@ pub fn read_csv<const COLUMNS: usize>(text: &str) -> Result<Vec<[f64; COLUMNS]>,
     rows.collect()
 }
 
-/// What stands in a row: a number, or an estimate, which takes two columns, mean and standard error.
+/// What stands in a row: a number, or an estimate, which takes two columns, mean and standard
+/// error.
 pub trait Cell {
     fn push(&self, row: &mut Vec<f64>);
 }

@@ -1,5 +1,6 @@
 //! The paper's algorithm written plainly, as the yardstick: linked-list cells, random sphere, cubic
-//! displacement, uniform field, one temperature. Correct, unremarkable, and what one would write first.
+//! displacement, uniform field, one temperature. Correct, unremarkable, and what one would write
+//! first.
 
 use gradient_mc::Vector3;
 use rand::{RngExt, SeedableRng};

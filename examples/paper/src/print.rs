@@ -1,7 +1,7 @@
 //! Printing that goes on when nobody reads.
 
-/// As that of the standard library, but what cannot be written is lost, where that panics: a run that writes files goes on when
-/// `head` has seen enough, or when its terminal is gone.
+/// As that of the standard library, but what cannot be written is lost, where that panics: a run
+/// that writes files goes on when `head` has seen enough, or when its terminal is gone.
 #[macro_export]
 macro_rules! println {
     ($($what:tt)*) => {

@@ -4,8 +4,8 @@ use super::Failure;
 use gradient_mc::{Error, Outcome, Replicas};
 use std::sync::Mutex;
 
-/// Does `work` on every task, on `threads` threads (0: all cores); what comes of each, in their order. An error in one costs none of the
-/// others.
+/// Does `work` on every task, on `threads` threads (0: all cores); what comes of each, in their
+/// order. An error in one costs none of the others.
 pub fn in_parallel<Task: Send, Output: Send>(
     threads: usize,
     tasks: Vec<Task>,

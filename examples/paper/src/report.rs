@@ -39,7 +39,8 @@ impl Report {
         write_csv(&self.directory.join(name).with_extension("csv"), units, columns, records)
     }
 
-    /// Writes and prints the claims, and writes the captions in the order of the pictures' names; how the study ends.
+    /// Writes and prints the claims, and writes the captions in the order of the pictures' names;
+    /// how the study ends.
     pub fn finish(mut self) -> Result<Ending, Failure> {
         self.captions.sort();
         write_captions(&self.directory, &self.captions)?;

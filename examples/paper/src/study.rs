@@ -1,4 +1,5 @@
-//! What every study has: one command line, a directory to write to, and one way to do many runs at once.
+//! What every study has: one command line, a directory to write to, and one way to do many runs at
+//! once.
 
 use super::interrupt::Interrupt;
 use super::output::create_directory;
@@ -36,8 +37,8 @@ pub struct SharedArguments {
     #[arg(long)]
     pub fresh: bool,
 
-    /// A run of seconds that takes every path of the program. Its claims mean nothing: the exit code only says whether it came to
-    /// its end
+    /// A run of seconds that takes every path of the program. Its claims mean nothing: the exit
+    /// code only says whether it came to its end
     #[arg(long)]
     pub short: bool,
 }
@@ -68,8 +69,9 @@ pub struct Session {
     pub unfinished: Arc<Unfinished>,
 }
 
-/// The program of a study: reads the command line, of which `Own` are the options that only this study has, runs it, and turns
-/// what comes of it into the exit code. What it needs to go on is removed when it has come to its end.
+/// The program of a study: reads the command line, of which `Own` are the options that only this
+/// study has, runs it, and turns what comes of it into the exit code. What it needs to go on is
+/// removed when it has come to its end.
 pub fn main<Own: Args + Debug>(
     name: &'static str,
     run: fn(&Own, &Session) -> Result<Ending, Failure>,
@@ -103,7 +105,8 @@ pub fn parse<Own: Args>(
 }
 
 impl Session {
-    /// Makes the directory, sees that it can be written to and that no other process does, and listens to signals: once per process.
+    /// Makes the directory, sees that it can be written to and that no other process does, and
+    /// listens to signals: once per process.
     fn new(name: &str, shared: SharedArguments, own: &impl Debug) -> Result<Self, Failure> {
         let SharedArguments { seed, threads, out, fresh, short } = shared;
         let directory = out.clone().unwrap_or_else(|| PathBuf::from("out").join(name));
@@ -147,10 +150,12 @@ impl Session {
         Self { threads, ..self.clone() }
     }
 
-    /// Does `work` on every task, on all threads, with a bar; what comes of each, in their order. The largest by `size` come first,
-    /// so that the threads end together; `size` is in the units in which the work reports progress.
+    /// Does `work` on every task, on all threads, with a bar; what comes of each, in their order.
+    /// The largest by `size` come first, so that the threads end together; `size` is in the
+    /// units in which the work reports progress.
     ///
-    /// An error in one task costs none of the others, and a signal ends those under way with everything written.
+    /// An error in one task costs none of the others, and a signal ends those under way with
+    /// everything written.
     pub fn try_all<Task: Send, Output: Send>(
         &self,
         what: &'static str,
@@ -173,7 +178,8 @@ impl Session {
         Ok(done.into_iter().map(|(_, outcome)| outcome).collect())
     }
 
-    /// The same of tasks that are all needed, each with a name: fails, once all are done, with what is wrong in each that failed.
+    /// The same of tasks that are all needed, each with a name: fails, once all are done, with what
+    /// is wrong in each that failed.
     pub fn run_all<Task: Send, Output: Send>(
         &self,
         what: &'static str,
@@ -198,8 +204,9 @@ impl Session {
         if interrupted { Err(Interrupted.into()) } else { Ok(outputs) }
     }
 
-    /// The same of tasks that are short and count alike. What was stopped in the middle is done again from its start, so that the
-    /// times that it measures are of one process; what is done is kept.
+    /// The same of tasks that are short and count alike. What was stopped in the middle is done
+    /// again from its start, so that the times that it measures are of one process; what is
+    /// done is kept.
     pub fn run_each<Task: Send, Output: Send + Serialize + DeserializeOwned>(
         &self,
         what: &'static str,
@@ -211,7 +218,8 @@ impl Session {
     }
 }
 
-/// From which side a column comes to its steady state: if two from both sides agree, both are there.
+/// From which side a column comes to its steady state: if two from both sides agree, both are
+/// there.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
     /// A random gas, far too high.
@@ -229,7 +237,8 @@ impl Side {
     }
 }
 
-/// The whole number nearest to `number`, which is not negative and far below 2^53: spheres of a column, bins of a range, sweeps.
+/// The whole number nearest to `number`, which is not negative and far below 2^53: spheres of a
+/// column, bins of a range, sweeps.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 pub fn count(number: f64) -> usize {
     number.round() as usize

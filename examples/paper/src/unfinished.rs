@@ -23,8 +23,8 @@ pub struct Unfinished {
 }
 
 impl Unfinished {
-    /// Of a study that writes to `directory`. `options` is all that its results depend on: what was left by other options is refused,
-    /// or removed if it is to start afresh.
+    /// Of a study that writes to `directory`. `options` is all that its results depend on: what was
+    /// left by other options is refused, or removed if it is to start afresh.
     pub fn open(directory: &Path, options: &str, fresh: bool) -> Result<Self, Failure> {
         let folder = directory.join(NAME);
         output::create_directory(&folder)?;
@@ -97,8 +97,8 @@ fn remove_directory(path: &Path) -> Result<(), Failure> {
     }
 }
 
-/// The result that is kept in a folder, of the same task by the same build of the program; else the one that is made, which is kept from
-/// then on.
+/// The result that is kept in a folder, of the same task by the same build of the program; else the
+/// one that is made, which is kept from then on.
 pub fn kept<Output: Serialize + DeserializeOwned>(
     folder: &Path,
     task: &str,

@@ -22,8 +22,8 @@ pub struct Verdict {
 impl Verdict {
     /// Whether the measured mean lies in the range. What could not be measured does not.
     ///
-    /// The error bar is shown and not used: a claim that is to hold within so many errors puts them into its range, or
-    /// measures the deviation in errors.
+    /// The error bar is shown and not used: a claim that is to hold within so many errors puts them
+    /// into its range, or measures the deviation in errors.
     pub fn holds(&self) -> bool {
         (self.lowest..=self.highest).contains(&self.measured.mean)
     }
@@ -72,8 +72,8 @@ impl Verdicts {
         self.0.push(Verdict { figure, claim, measured, lowest, highest });
     }
 
-    /// Claims that the measured mean is within `standard_errors` of its errors of `expected`, and that this says
-    /// something: that the error is no larger than `largest_error`.
+    /// Claims that the measured mean is within `standard_errors` of its errors of `expected`, and
+    /// that this says something: that the error is no larger than `largest_error`.
     pub fn agrees(
         &mut self,
         figure: &str,
@@ -97,7 +97,8 @@ impl Verdicts {
         self.0.iter()
     }
 
-    /// How an example with these verdicts ends. One without any has claimed nothing, and that is no success either.
+    /// How an example with these verdicts ends. One without any has claimed nothing, and that is no
+    /// success either.
     pub fn ending(&self) -> Ending {
         let good = !self.0.is_empty() && self.0.iter().all(Verdict::holds);
         if good { Ending::Finished } else { Ending::ClaimFailed }

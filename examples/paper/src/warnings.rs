@@ -3,7 +3,8 @@
 use gradient_mc::Warning;
 use std::mem::discriminant;
 
-/// One line for each kind of warning: the first of that kind, and in how many of the replicas there is one.
+/// One line for each kind of warning: the first of that kind, and in how many of the replicas there
+/// is one.
 pub fn lines<'a>(replicas: impl IntoIterator<Item = &'a [Warning]>) -> Vec<String> {
     let replicas: Vec<&[Warning]> = replicas.into_iter().collect();
     let alike = |one: &Warning, other: &Warning| match (one, other) {

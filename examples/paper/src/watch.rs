@@ -1,4 +1,5 @@
-//! What a task is given: it reports its progress, is told to stop, and goes on where an earlier process was stopped.
+//! What a task is given: it reports its progress, is told to stop, and goes on where an earlier
+//! process was stopped.
 
 use super::Failure;
 use super::clock::Stopwatch;
@@ -24,8 +25,9 @@ pub struct Interrupted;
 
 /// Of one task.
 ///
-/// The sweeps of a task are made in stages, each with a checkpoint of its own, in the same order whenever the task is done. One that
-/// is done again reads the stages that are complete, and goes on within the one that is not.
+/// The sweeps of a task are made in stages, each with a checkpoint of its own, in the same order
+/// whenever the task is done. One that is done again reads the stages that are complete, and goes
+/// on within the one that is not.
 #[derive(Debug)]
 pub struct Watch<'a> {
     interrupt: &'a Interrupt,
@@ -42,8 +44,8 @@ impl<'a> Watch<'a> {
         Self { interrupt, progress, folder, stages, stopwatch }
     }
 
-    /// A stage of so many sweeps of equilibration that the observer looks at, each worth `size` units of progress. [`Interrupted`] ends it
-    /// early.
+    /// A stage of so many sweeps of equilibration that the observer looks at, each worth `size`
+    /// units of progress. [`Interrupted`] ends it early.
     pub fn equilibrate<F, T, S, O>(
         &self,
         simulation: &mut Simulation<F, T, S>,
@@ -114,7 +116,8 @@ impl<'a> Watch<'a> {
         if ended.is_finished() { Ok(()) } else { Err(Interrupted.into()) }
     }
 
-    /// CPU seconds of the task so far, those of earlier processes up to the checkpoints that this one went on from included.
+    /// CPU seconds of the task so far, those of earlier processes up to the checkpoints that this
+    /// one went on from included.
     pub fn cpu_seconds(&self) -> f64 {
         self.stopwatch.borrow().seconds()
     }
@@ -124,8 +127,8 @@ impl<'a> Watch<'a> {
         if self.interrupt.pressed() { Err(Interrupted.into()) } else { Ok(()) }
     }
 
-    /// The result of a task without stages: the one that an earlier process has kept, or the one that is made now. It is worth `size`
-    /// units of progress.
+    /// The result of a task without stages: the one that an earlier process has kept, or the one
+    /// that is made now. It is worth `size` units of progress.
     pub(super) fn kept<Output: Serialize + DeserializeOwned>(
         &self,
         task: &str,

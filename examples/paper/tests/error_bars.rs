@@ -1,5 +1,5 @@
-//! Error bars of short runs are what they say: a small calibration, in seconds, of what the study `error_bars`
-//! measures at length.
+//! Error bars of short runs are what they say: a small calibration, in seconds, of what the study
+//! `error_bars` measures at length.
 
 use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
 use gradient_mc::field::UniformField;
@@ -62,10 +62,11 @@ fn calibration(moves: &Moves, sweeps: u64) -> ([f64; QUANTITIES], f64) {
     (squares, runs.iter().filter(|(_, warned)| *warned).count() as f64 / replicas)
 }
 
-/// Σ (value − mean)²/σ² of R runs has a χ² distribution with R − 1 degrees of freedom, whose mean over R − 1 scatters by
-/// √(2/(R − 1)) = 0.18 about 1. Claimed errors scatter too, by some 25 %: by as much as if there were half as many runs.
-/// So the mean square of one quantity lies within 1 ± 4 × 0.25, and of all seven, which count as three, within
-/// 1 ± 4 × 0.15. Without the memory in the errors (an inefficiency of 1) the mean squares are above 4.
+/// Σ (value − mean)²/σ² of R runs has a χ² distribution with R − 1 degrees of freedom, whose mean
+/// over R − 1 scatters by √(2/(R − 1)) = 0.18 about 1. Claimed errors scatter too, by some 25 %: by
+/// as much as if there were half as many runs. So the mean square of one quantity lies within 1 ± 4
+/// × 0.25, and of all seven, which count as three, within 1 ± 4 × 0.15. Without the memory in the
+/// errors (an inefficiency of 1) the mean squares are above 4.
 #[test]
 fn deviations_of_short_runs_are_as_large_as_their_errors() {
     for (moves, sweeps) in [
@@ -90,10 +91,11 @@ fn runs_with_dishonest_errors_are_warned_of() {
     assert!(warned > 0.95, "warned of {warned}");
 }
 
-/// Z by ranks, by collisions and by both, from runs of some seconds in all: mean squares of (Z − that of the modified
-/// Kolafa-Labík-Malijevský equation)/error. The bounds are those of `deviations_of_short_runs_are_as_large_as_their_errors`,
-/// with 24 runs at two packing fractions that count as one and a half: 4 √(2 · 2/36) = 1.3 about 1. Blocks taken for
-/// independent have mean squares of 3 and more for ranks.
+/// Z by ranks, by collisions and by both, from runs of some seconds in all: mean squares of (Z −
+/// that of the modified Kolafa-Labík-Malijevský equation)/error. The bounds are those of
+/// `deviations_of_short_runs_are_as_large_as_their_errors`, with 24 runs at two packing fractions
+/// that count as one and a half: 4 √(2 · 2/36) = 1.3 about 1. Blocks taken for independent have
+/// mean squares of 3 and more for ranks.
 #[test]
 fn equations_of_state_are_as_far_off_as_they_say() {
     const RUNS: u64 = 24;

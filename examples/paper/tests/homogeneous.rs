@@ -1,5 +1,6 @@
-//! What the example `speed_and_accuracy` rests on: the homogeneous opponent, since a chart that makes it slow or wrong
-//! would flatter the gradient, the definitions of errors, and the Pareto front.
+//! What the example `speed_and_accuracy` rests on: the homogeneous opponent, since a chart that
+//! makes it slow or wrong would flatter the gradient, the definitions of errors, and the Pareto
+//! front.
 
 #![allow(clippy::unwrap_used)]
 

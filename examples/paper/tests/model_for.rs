@@ -1,7 +1,7 @@
 //! `Scene::model_for` on forty scenes that nothing was fitted to, and on some that freeze.
 //!
-//! What is true of each was measured beforehand (`tests/reference/model_scenes.csv`). The recommended model is run for real. `-- --nocapture` prints the
-//! table.
+//! What is true of each was measured beforehand (`tests/reference/model_scenes.csv`). The
+//! recommended model is run for real. `-- --nocapture` prints the table.
 
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
@@ -101,7 +101,8 @@ fn plan_of(choice: &ModelChoice) -> MonteCarloPlan {
     }
 }
 
-/// The part of the sweeps of a plan that would have been enough, root mean square over seeds, among ninths, thirds, all and three times all.
+/// The part of the sweeps of a plan that would have been enough, root mean square over seeds, among
+/// ninths, thirds, all and three times all.
 fn enough(plan: &MonteCarloPlan, error: &dyn Fn(&MonteCarloPlan, u64) -> f64, tolerance: f64) -> f64 {
     let parts = [1.0 / 9.0, 1.0 / 3.0, 1.0];
     let is_enough = |part: &f64| {
@@ -201,8 +202,8 @@ fn forty_unseen_scenes() {
     assert!(cheap < 32);
 }
 
-/// P and Z of the same scenes: heights from a quantile up to 0.5 to one between 0.6 and 0.98, tolerance log-uniform between 0.3 and 6 %, and at
-/// least three times what the reference knows.
+/// P and Z of the same scenes: heights from a quantile up to 0.5 to one between 0.6 and 0.98,
+/// tolerance log-uniform between 0.3 and 6 %, and at least three times what the reference knows.
 #[test]
 fn pressure_and_compressibility_factor_of_unseen_scenes() {
     let mut generator = Generator::seed_from_u64(40);
@@ -282,7 +283,8 @@ fn constants_follow_from_the_calibration_files() {
     }
 }
 
-/// What is expected of a formula does not depend on the tolerance, and a smaller tolerance never has a cheaper model.
+/// What is expected of a formula does not depend on the tolerance, and a smaller tolerance never
+/// has a cheaper model.
 #[test]
 fn a_smaller_tolerance_never_costs_less() {
     let (particles, side) = Parameters::WIDE;

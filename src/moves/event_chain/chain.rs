@@ -25,8 +25,8 @@ enum Stop {
 }
 
 impl Tile {
-    /// A chain that has `left` to go; less than that, if it is given up or fails. `forward` is in which direction it goes
-    /// along the axis, in the end that in which it went last.
+    /// A chain that has `left` to go; less than that, if it is given up or fails. `forward` is in
+    /// which direction it goes along the axis, in the end that in which it went last.
     pub(super) fn chain<
         F: Field,
         T: TemperatureProfile,
@@ -139,8 +139,8 @@ impl Tile {
     }
 }
 
-/// Which sphere goes on, and whether upwards, after the field has stopped `sphere`, where the force is
-/// `force`. `force_of` gives height and force of any of the spheres that may move.
+/// Which sphere goes on, and whether upwards, after the field has stopped `sphere`, where the force
+/// is `force`. `force_of` gives height and force of any of the spheres that may move.
 fn field_event(
     rule: FieldEvent,
     generator: &mut Generator,

@@ -91,7 +91,8 @@ impl Columns {
         around
     }
 
-    /// What is to be added to coordinates relative to a column to have them relative to one around it.
+    /// What is to be added to coordinates relative to a column to have them relative to one around
+    /// it.
     #[inline]
     // Single precision is meant.
     #[allow(clippy::cast_possible_truncation)]

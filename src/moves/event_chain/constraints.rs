@@ -1,8 +1,9 @@
 //! Which spheres of a tile can touch which, as long as all move along one axis only.
 //!
-//! Two spheres less than one diameter apart across the axis cannot pass each other. So who is ahead of whom does not change,
-//! and a sphere with another always between them cannot be touched: what is left is a graph with few edges
-//! (the constraint graph of Li, Todo, Maggs and Krauth, doi:10.1016/j.cpc.2020.107702), found once for a whole visit.
+//! Two spheres less than one diameter apart across the axis cannot pass each other. So who is ahead
+//! of whom does not change, and a sphere with another always between them cannot be touched: what
+//! is left is a graph with few edges (the constraint graph of Li, Todo, Maggs and Krauth,
+//! doi:10.1016/j.cpc.2020.107702), found once for a whole visit.
 
 use super::columns::{Around, Columns};
 use super::shadows::{self, Mask, Shadows};
@@ -12,8 +13,8 @@ use wide::f32x8;
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 pub(super) struct Links {
-    /// Differences of the coordinates along the axis when they touch; less one period where it is an image
-    /// that is touched. Infinitely far in an empty slot.
+    /// Differences of the coordinates along the axis when they touch; less one period where it is
+    /// an image that is touched. Infinitely far in an empty slot.
     pub(super) reach: [f64; Self::SLOTS],
     pub(super) other: [u32; Self::SLOTS],
     used: u32,
@@ -121,8 +122,9 @@ pub(super) struct Constraints {
 }
 
 impl Constraints {
-    /// Finds who can touch whom. Candidates come in the order along the axis; the first `mobile` spheres by number move.
-    /// `contact` is the squared distance at which spheres touch, `period` that along the axis.
+    /// Finds who can touch whom. Candidates come in the order along the axis; the first `mobile`
+    /// spheres by number move. `contact` is the squared distance at which spheres touch,
+    /// `period` that along the axis.
     pub(super) fn find(
         &mut self,
         columns: &Columns,

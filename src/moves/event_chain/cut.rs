@@ -5,8 +5,8 @@ use crate::random::{Generator, unit};
 
 /// Distance between the mobile spheres of neighboring tiles: more than that at which spheres touch.
 const STRIP: f64 = 1.0 + 1e-6;
-/// How far beside a tile the spheres are that its own may touch: less than [`STRIP`], so that none of them
-/// is mobile in another tile.
+/// How far beside a tile the spheres are that its own may touch: less than [`STRIP`], so that none
+/// of them is mobile in another tile.
 const RIM: f64 = 1.0 + 5e-7;
 
 /// How large tiles are.
@@ -16,7 +16,8 @@ pub(super) struct Sizes {
     pub(super) spheres: f64,
     /// Least widths of what moves in a tile: of the base, and of tiles along the base.
     pub(super) least: [f64; 2],
-    /// Fewest tiles to be visited together, for the cores to share, and most before it is entered what became of them.
+    /// Fewest tiles to be visited together, for the cores to share, and most before it is entered
+    /// what became of them.
     pub(super) together: usize,
 }
 
@@ -31,7 +32,8 @@ pub(super) struct Section {
 }
 
 impl Section {
-    /// The coordinate relative to the section, and whether it is inside; nothing if it is out of reach.
+    /// The coordinate relative to the section, and whether it is inside; nothing if it is out of
+    /// reach.
     #[inline]
     pub(super) fn locate(&self, value: f64) -> Option<(f64, bool)> {
         let mut within = value - self.low;

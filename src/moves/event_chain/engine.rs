@@ -31,8 +31,8 @@ impl Engine {
         }
     }
 
-    /// Chains whose lengths add up to at most [`EventChains::path_per_sphere`] for every sphere, on average over
-    /// sweeps, and local moves.
+    /// Chains whose lengths add up to at most [`EventChains::path_per_sphere`] for every sphere, on
+    /// average over sweeps, and local moves.
     pub(in crate::moves) fn sweep<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
         &mut self,
         sweep: &mut Sweep<'_, F, T, D>,

@@ -24,8 +24,9 @@ impl Entrance {
     /// Fewer that have moved are entered sooner than threads are told.
     const MANY: usize = 4096;
 
-    /// Enters what became of some visits for chains along `axis`. All layers can be changed at the same time: first what stays
-    /// in them and what leaves them, then what comes to them, in the order of the layers whence it comes.
+    /// Enters what became of some visits for chains along `axis`. All layers can be changed at the
+    /// same time: first what stays in them and what leaves them, then what comes to them, in
+    /// the order of the layers whence it comes.
     pub(super) fn enter(&mut self, axis: usize, grid: &Grid, layers: &mut [Layer], outcomes: &[Outcome]) {
         let Self { departures, arrivals, ends } = self;
         departures.resize_with(layers.len(), Vec::new);

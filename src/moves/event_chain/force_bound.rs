@@ -6,10 +6,11 @@ use crate::{Error, Field, Scene, TemperatureProfile};
 /// Bounds of u' and of −u' in layers of one diameter.
 ///
 /// Field events are drawn at these rates and thinned to the true one (Lewis and Shedler,
-/// doi:10.1002/nav.3800260304), which is exact as long as the bounds hold. They come from probes, with the
-/// range that the probes span as a margin. Between two probes the force must reach its mean, which is a
-/// difference of potentials: where that exceeds the bound, chains would hardly ever see what is there, and it is an
-/// error. So is a single force above its bound, when it is met.
+/// doi:10.1002/nav.3800260304), which is exact as long as the bounds hold. They come from probes,
+/// with the range that the probes span as a margin. Between two probes the force must reach its
+/// mean, which is a difference of potentials: where that exceeds the bound, chains would hardly
+/// ever see what is there, and it is an error. So is a single force above its bound, when it is
+/// met.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ForceBounds {
     /// Of u', which stops spheres that rise, and of −u', which stops those that sink.
@@ -58,8 +59,9 @@ impl ForceBounds {
         Ok(())
     }
 
-    /// Lets the clock of the field run while a sphere goes from `height` over `distance`: the distance at
-    /// which it strikes and the bound that holds there, or nothing if time is left on it at the end.
+    /// Lets the clock of the field run while a sphere goes from `height` over `distance`: the
+    /// distance at which it strikes and the bound that holds there, or nothing if time is left
+    /// on it at the end.
     #[inline]
     pub(super) fn thinning_event(
         &self,
@@ -92,15 +94,16 @@ impl ForceBounds {
     }
 }
 
-/// Fails where the potential between two probes of the layer at `low` changes by more than the bounds
-/// of its force allow.
+/// Fails where the potential between two probes of the layer at `low` changes by more than the
+/// bounds of its force allow.
 fn check_mean_forces<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
     drive: &D,
     scene: &Scene<F, T>,
     low: f64,
     bounds: [f64; 2],
 ) -> Result<(), Error> {
-    /// A field that interpolates its potential is consistent with its force to 1e-8; rounding adds 1e-14.
+    /// A field that interpolates its potential is consistent with its force to 1e-8; rounding adds
+    /// 1e-14.
     const CONSISTENCY: f64 = 1e-5;
     let height = |probe: u32| {
         let x = low + f64::from(probe) / f64::from(PROBES);

@@ -4,10 +4,11 @@ use super::EventChains;
 
 /// Mean length of chains, and what it is tuned by.
 ///
-/// A chain that is short against the path between two field events drags a few spheres to and fro; one
-/// that is long against it is as good as any longer one, since every field event starts afresh
-/// elsewhere (measured in `docs/event_chains.md`). So the length is a multiple of that path. Where events come so fast that
-/// a sweep would not end soon, the path of all its chains is a multiple of that between two of them.
+/// A chain that is short against the path between two field events drags a few spheres to and fro;
+/// one that is long against it is as good as any longer one, since every field event starts afresh
+/// elsewhere (measured in `docs/event_chains.md`). So the length is a multiple of that path. Where
+/// events come so fast that a sweep would not end soon, the path of all its chains is a multiple of
+/// that between two of them.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ChainLength {
     fixed: Option<f64>,
@@ -52,7 +53,8 @@ impl ChainLength {
         }
     }
 
-    /// Before the first chain, when all that is known is the mean magnitude of the force. Collisions come on top.
+    /// Before the first chain, when all that is known is the mean magnitude of the force.
+    /// Collisions come on top.
     pub(super) fn begin(&mut self, force: f64) {
         self.begun = true;
         self.tuned = self.tuned.min(Self::MOST_PER_CHAIN / force);
@@ -74,8 +76,8 @@ impl ChainLength {
         }
     }
 
-    /// Sets the length from what the chains so far have met. It is at most the height of the slab: a chain
-    /// that a wall turns round undoes what it has done until the field stops it.
+    /// Sets the length from what the chains so far have met. It is at most the height of the slab:
+    /// a chain that a wall turns round undoes what it has done until the field stops it.
     pub(super) fn tune(&mut self, height: f64) {
         let [path, events] = self.recent;
         if events > 0.0 {

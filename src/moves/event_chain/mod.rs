@@ -38,19 +38,22 @@ pub enum FieldEvent {
     Uphill,
 }
 
-/// Straight event chains (Bernard, Krauth and Wilson, doi:10.1103/PhysRevE.80.056704; the field as a factor
-/// of its own, Michel, Kapfer and Krauth, doi:10.1063/1.4863991).
+/// Straight event chains (Bernard, Krauth and Wilson, doi:10.1103/PhysRevE.80.056704; the field as
+/// a factor of its own, Michel, Kapfer and Krauth, doi:10.1063/1.4863991).
 ///
-/// A sphere moves along an axis until it touches another, which moves on in the same direction, until
-/// the chain has used up its length. Nothing is ever rejected. Along x a sphere that goes uphill in the reduced
-/// potential u is stopped by the field at the rate |u'| per distance; then the chain continues as
-/// [`FieldEvent`] says. A wall turns a sphere round. A sweep of [local moves](Self::local_moves) follows the chains.
+/// A sphere moves along an axis until it touches another, which moves on in the same direction,
+/// until the chain has used up its length. Nothing is ever rejected. Along x a sphere that goes
+/// uphill in the reduced potential u is stopped by the field at the rate |u'| per distance; then
+/// the chain continues as [`FieldEvent`] says. A wall turns a sphere round. A sweep of [local
+/// moves](Self::local_moves) follows the chains.
 ///
-/// As long as all spheres move along one axis, who can touch whom does not change: it is found out once, and then serves all chains of a
-/// *visit*, of some eight events per sphere. So not every sweep has chains, and [`path_per_sphere`](Self::path_per_sphere) holds on average over
-/// some tens of sweeps. Where the base is wide enough for several tiles of some 6000 spheres, chains go tile by tile, between strips of
-/// spheres that are frozen meanwhile and turn chains round as walls do (Kapfer and Krauth, doi:10.1088/1742-6596/454/1/012031). The
-/// outcome does not depend on the number of cores that share the tiles.
+/// As long as all spheres move along one axis, who can touch whom does not change: it is found out
+/// once, and then serves all chains of a *visit*, of some eight events per sphere. So not every
+/// sweep has chains, and [`path_per_sphere`](Self::path_per_sphere) holds on average over some tens
+/// of sweeps. Where the base is wide enough for several tiles of some 6000 spheres, chains go tile
+/// by tile, between strips of spheres that are frozen meanwhile and turn chains round as walls do
+/// (Kapfer and Krauth, doi:10.1088/1742-6596/454/1/012031). The outcome does not depend on the
+/// number of cores that share the tiles.
 ///
 /// Chains hold global balance, not detailed balance; the proof is in `docs/event_chains.md`.
 ///
@@ -76,8 +79,8 @@ pub struct EventChains {
 }
 
 impl Default for EventChains {
-    /// Chains whose length is tuned while equilibrating, 90 % of their path vertical, and local moves of up to half
-    /// a diameter.
+    /// Chains whose length is tuned while equilibrating, 90 % of their path vertical, and local
+    /// moves of up to half a diameter.
     fn default() -> Self {
         Self {
             length: None,
@@ -92,21 +95,21 @@ impl Default for EventChains {
 impl EventChains {
     /// [`path_per_sphere`](Self::path_per_sphere) unless it is set.
     pub const PATH_PER_SPHERE: f64 = 0.5;
-    /// Collisions and field events of a sweep, per sphere, beyond which its chains have a shorter path: so a sweep takes
-    /// a bounded time in any field. It is found out while equilibrating.
+    /// Collisions and field events of a sweep, per sphere, beyond which its chains have a shorter
+    /// path: so a sweep takes a bounded time in any field. It is found out while equilibrating.
     pub const MOST_EVENTS: f64 = 100.0;
     /// Smallest mean length of a chain, in diameters.
     pub const MINIMUM_LENGTH: f64 = 1e-3;
     /// Largest mean length of a chain, in diameters.
     pub const MAXIMUM_LENGTH: f64 = 1e6;
 
-    /// Chains of the given mean length in diameters, not tuned; single lengths are uniform between zero
-    /// and twice that, so that none is commensurate with the box. Lateral ones, which go round and
-    /// round, are on average at most as long as the slab is wide.
+    /// Chains of the given mean length in diameters, not tuned; single lengths are uniform between
+    /// zero and twice that, so that none is commensurate with the box. Lateral ones, which go
+    /// round and round, are on average at most as long as the slab is wide.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] below [`MINIMUM_LENGTH`](Self::MINIMUM_LENGTH), of which a sweep would take too many,
-    /// or above [`MAXIMUM_LENGTH`](Self::MAXIMUM_LENGTH).
+    /// [`Error::InvalidParameter`] below [`MINIMUM_LENGTH`](Self::MINIMUM_LENGTH), of which a sweep
+    /// would take too many, or above [`MAXIMUM_LENGTH`](Self::MAXIMUM_LENGTH).
     pub fn with_length(length: f64) -> Result<Self, Error> {
         if (Self::MINIMUM_LENGTH..=Self::MAXIMUM_LENGTH).contains(&length) {
             Ok(Self { length: Some(length), ..Self::default() })
@@ -116,8 +119,8 @@ impl EventChains {
         }
     }
 
-    /// Share of the path of all chains that runs along x; the rest runs along y and z, in equal numbers of
-    /// chains.
+    /// Share of the path of all chains that runs along x; the rest runs along y and z, in equal
+    /// numbers of chains.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] unless above 0 and below 1: without both kinds not every
@@ -136,8 +139,8 @@ impl EventChains {
     }
 
     /// Path of all chains of a sweep, in diameters per sphere, on average over sweeps; less where
-    /// vertical chains would be stopped more than [`MOST_EVENTS`](Self::MOST_EVENTS) times on it. With a shorter path local moves
-    /// get a larger part of the time.
+    /// vertical chains would be stopped more than [`MOST_EVENTS`](Self::MOST_EVENTS) times on it.
+    /// With a shorter path local moves get a larger part of the time.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] below 1e-3 or above 1e3.

@@ -3,12 +3,12 @@
 use crate::Error;
 use crate::frame::Phase;
 
-/// Guards against chains that go on for ever without getting anywhere, where spheres touch all along
-/// the way or the force is immense.
+/// Guards against chains that go on for ever without getting anywhere, where spheres touch all
+/// along the way or the force is immense.
 ///
-/// While equilibrating, when no balance has to be kept yet, such a chain is given up early and quietly: crystals
-/// to start from are jammed until they have melted. In production it is an error, since giving up
-/// where spheres are dense would favor what is not.
+/// While equilibrating, when no balance has to be kept yet, such a chain is given up early and
+/// quietly: crystals to start from are jammed until they have melted. In production it is an error,
+/// since giving up where spheres are dense would favor what is not.
 pub(super) struct StallGuard {
     phase: Phase,
     length: f64,
@@ -21,9 +21,9 @@ pub(super) struct StallGuard {
 }
 
 impl StallGuard {
-    /// Straight pieces within which a chain must advance by one diameter. Only spheres that are jammed to a
-    /// millionth of a diameter need more, or one between two frozen ones that leave it next to no room: it goes to and fro until
-    /// the chain is over.
+    /// Straight pieces within which a chain must advance by one diameter. Only spheres that are
+    /// jammed to a millionth of a diameter need more, or one between two frozen ones that leave
+    /// it next to no room: it goes to and fro until the chain is over.
     pub(super) const PIECES: u32 = 1_000_000;
     /// The same while equilibrating.
     pub(super) const PIECES_IN_EQUILIBRATION: u32 = 10_000;

@@ -37,7 +37,8 @@ fn exact_mean_height(height: f64, potential: impl Fn(f64) -> f64) -> f64 {
     moment / norm
 }
 
-/// Standard errors, of 0.012 at most (0.03 of a wrong rule), between the mean height that a rule gives and the exact one.
+/// Standard errors, of 0.012 at most (0.03 of a wrong rule), between the mean height that a rule
+/// gives and the exact one.
 fn deviation<F: Field>(rule: FieldEvent, height: f64, field: F, temperature: f64) -> f64 {
     let exact = exact_mean_height(height, |x| field.potential(x) / temperature);
     let slab = Slab::new(height, SIDE, SIDE).unwrap();
@@ -124,7 +125,8 @@ impl Recorder for Paths {
     }
 }
 
-/// In a force of 10⁵ a chain is stopped so often that it is given up, after a path of some tenth of a diameter.
+/// In a force of 10⁵ a chain is stopped so often that it is given up, after a path of some tenth of
+/// a diameter.
 #[test]
 fn chains_that_are_given_up_are_as_long_as_their_path() {
     let slab = Slab::new(6.0, 4.0, 4.0).unwrap();

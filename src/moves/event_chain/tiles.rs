@@ -24,7 +24,8 @@ impl Sizes {
 pub(super) struct Tiles {
     pub(super) sizes: Sizes,
     pub(super) frozen: Frozen,
-    /// Path that vertical and lateral chains are behind with, in diameters per sphere; negative when they are ahead.
+    /// Path that vertical and lateral chains are behind with, in diameters per sphere; negative
+    /// when they are ahead.
     pub(super) owed: [f64; 2],
     /// Numbers of tiles, of which some are drawn.
     order: Vec<u32>,
@@ -90,8 +91,8 @@ impl Tiles {
         lengths: [f64; 3],
         length: &ChainLength,
     ) -> Result<Sums, Error> {
-        /// Path of a visit for lateral chains over that for vertical ones: they go on for less, and more often, since they renew
-        /// what vertical ones find as it is.
+        /// Path of a visit for lateral chains over that for vertical ones: they go on for less, and
+        /// more often, since they renew what vertical ones find as it is.
         const LATERAL: f64 = 0.25;
         let mut sums = Sums::default();
         let (slab, spheres) = (*sweep.configuration.slab(), sweep.configuration.len() as f64);
@@ -117,7 +118,8 @@ impl Tiles {
         {
             // Each with its half of the path.
             let first = turns[0].frequency() / turns.iter().map(Turn::frequency).sum::<f64>();
-            // What one sweep uses too much, later ones use less. What one that failed did not use is not made up for.
+            // What one sweep uses too much, later ones use less. What one that failed did not use is not made
+            // up for.
             self.owed[owed] = self.owed[owed].min(0.0) + share * length.path_per_sphere;
             while self.owed[owed] > 0.0 {
                 let turn = &turns[usize::from(unit(sweep.generator) >= first)];
@@ -164,7 +166,8 @@ impl Tiles {
             length,
             record: recorder.is_some(),
         };
-        // What is entered together decides on places in layers, so it must not depend on the number of threads.
+        // What is entered together decides on places in layers, so it must not depend on the number of
+        // threads.
         let group = self.sizes.together;
         self.outcomes.resize_with(self.outcomes.len().max(group.min(visits)), Outcome::default);
         for numbers in self.order[..visits].chunks(group) {

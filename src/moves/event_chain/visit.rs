@@ -120,14 +120,16 @@ pub(super) struct Tile {
     /// The first layer, and where those of each end.
     first_layer: usize,
     ends: Vec<u32>,
-    /// Coordinate along the axis, as a whole number of the same order, number and place among those found, in this order.
+    /// Coordinate along the axis, as a whole number of the same order, number and place among those
+    /// found, in this order.
     order: Vec<(u64, u32, u32)>,
     slices: Vec<u32>,
     /// Which sphere of the tile each of those found is.
     spheres: Vec<u32>,
     candidates: Vec<Candidate>,
     pub(super) constraints: Constraints,
-    /// Coordinates of the spheres along the axis, the mobile ones first. Beyond the ends of a periodic axis they go on.
+    /// Coordinates of the spheres along the axis, the mobile ones first. Beyond the ends of a
+    /// periodic axis they go on.
     pub(super) along: Vec<f64>,
     /// Heights of the spheres, for recorders of chains across.
     pub(super) heights: Vec<f64>,
@@ -184,7 +186,8 @@ impl Tile {
         };
         let mut forward = unit(generator) < 0.5;
         for number in 0..chains {
-            // One that goes on in the direction of the last undoes nothing. The field turns vertical ones round anyway.
+            // One that goes on in the direction of the last undoes nothing. The field turns vertical ones
+            // round anyway.
             if vertical && number > 0 {
                 forward = unit(generator) < 0.5;
             }
@@ -303,7 +306,8 @@ impl Tile {
         }
     }
 
-    /// Numbers the spheres, mobile ones first and column by column, so that those near each other are kept together.
+    /// Numbers the spheres, mobile ones first and column by column, so that those near each other
+    /// are kept together.
     fn number(&mut self, columns: &Columns) {
         let Self { found, order, slices: next, spheres, candidates, along, .. } = self;
         next.clear();

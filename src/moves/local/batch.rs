@@ -33,9 +33,9 @@ pub(super) struct Rules<'a> {
 
 /// Trials, drawn and looked at.
 ///
-/// What becomes of a trial is hardly ever predictable, and a processor that has guessed wrong would have to
-/// start the next one from nothing. So several are prepared without a branch, step by step: each step
-/// waits for memory once, and does arithmetic on all.
+/// What becomes of a trial is hardly ever predictable, and a processor that has guessed wrong would
+/// have to start the next one from nothing. So several are prepared without a branch, step by step:
+/// each step waits for memory once, and does arithmetic on all.
 #[derive(Debug, Clone)]
 pub(super) struct Trials<const COUNT: usize> {
     /// The number of the sphere and a displacement in 32 bits, and two more displacements.
@@ -68,7 +68,8 @@ pub(super) struct Trial {
     pub(super) probe: Probe,
 }
 
-/// An odd integer in (−2³², 2³²), from 32 random bits: v and −v are equally likely, to the last bit.
+/// An odd integer in (−2³², 2³²), from 32 random bits: v and −v are equally likely, to the last
+/// bit.
 #[inline]
 fn odd_integer(bits: u64) -> f64 {
     // The mantissa of a number whose last bit counts one.
@@ -263,7 +264,8 @@ impl<const COUNT: usize> Trials<COUNT> {
     }
 }
 
-/// Where the trials of a batch lead, in single precision, and which may have been affected by a move.
+/// Where the trials of a batch lead, in single precision, and which may have been affected by a
+/// move.
 pub(super) struct Targets {
     position: [f32x8; 3],
     widths: [f32x8; 2],
@@ -276,8 +278,8 @@ pub(super) struct Targets {
 impl Targets {
     /// For displacements up to `size`.
     pub(super) fn new(widths: [f64; 2], size: f64) -> Self {
-        // A move affects trials that lead within a diameter of where it starts, less than `size` from where it
-        // ends, and those of its own sphere, which lead less than `size` from where it starts.
+        // A move affects trials that lead within a diameter of where it starts, less than `size` from where
+        // it ends, and those of its own sphere, which lead less than `size` from where it starts.
         let reach = f64::max(1.25 + size, 0.25 + 2.0 * size);
         Self {
             position: [f32x8::splat(0.0); 3],

@@ -6,8 +6,8 @@ use crate::random::{Generator, index};
 /// How large domains are.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sizes {
-    /// Least thickness of a slab and width of a tile, in units of S: of the trials they lose S/2 over
-    /// the one and the other.
+    /// Least thickness of a slab and width of a tile, in units of S: of the trials they lose S/2
+    /// over the one and the other.
     pub(super) thickness: f64,
     pub(super) width: f64,
     /// Fewest spheres of a slab, on average.
@@ -19,16 +19,16 @@ pub(super) struct Sizes {
 impl Sizes {
     /// Found by measurement: thinner slabs keep more cores busy.
     pub(super) const GOOD: Self = Self { thickness: 14.0, width: 16.0, least: 512, most: 3500.0 };
-    /// For displacements that are tuned: thin, so that the density varies little within a slab, and many in small
-    /// systems too.
+    /// For displacements that are tuned: thin, so that the density varies little within a slab, and
+    /// many in small systems too.
     pub(super) const TUNED: Self = Self { thickness: 4.0, width: 4.0, least: 16, most: 3500.0 };
 }
 
 /// Slabs of several layers, and tiles of the base, usually strips; a domain is a tile of a slab.
 ///
-/// Cuts cost the trials that would cross them, a share of S/2 over the distance between cuts, and buy
-/// spheres that fit the cache and, between slabs, work for every core. A small system is one domain. The cuts
-/// depend on sizes and the generator, never on where the spheres are.
+/// Cuts cost the trials that would cross them, a share of S/2 over the distance between cuts, and
+/// buy spheres that fit the cache and, between slabs, work for every core. A small system is one
+/// domain. The cuts depend on sizes and the generator, never on where the spheres are.
 #[derive(Debug, Clone)]
 pub(super) struct Domains {
     sizes: Sizes,
@@ -42,15 +42,16 @@ pub(super) struct Domains {
 impl Domains {
     /// Fewest layers of a slab.
     const LEAST_LAYERS: f64 = 3.0;
-    /// Fewest layers of the first and the last: those that are swept at the same time each look at one of
-    /// the slab between them.
+    /// Fewest layers of the first and the last: those that are swept at the same time each look at
+    /// one of the slab between them.
     const LEAST_AT_END: usize = 2;
 
     pub(super) fn new(sizes: Sizes) -> Self {
         Self { sizes, cuts: Vec::new(), tiles: 1, tile_of: Vec::new() }
     }
 
-    /// Cuts for one sweep of `particles` spheres with displacements up to `sizes` along x, and along y and z.
+    /// Cuts for one sweep of `particles` spheres with displacements up to `sizes` along x, and
+    /// along y and z.
     pub(super) fn cut(&mut self, grid: &Grid, particles: usize, sizes: [f64; 2], generator: &mut Generator) {
         let [layers, rows, columns] = grid.cells;
         let Sizes { width, least, most, .. } = self.sizes;

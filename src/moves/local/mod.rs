@@ -19,12 +19,13 @@ use visit::{Common, Outcome, Scratch};
 /// Moves of one sphere, chosen at random, by a displacement uniform in the cube (−S, S)³.
 ///
 /// A trial that leaves the slab or overlaps is rejected; otherwise it is accepted with probability
-/// min(1, exp(−Δu)) (eq. 12 of doi:10.1103/PhysRevE.83.061306 and those derived from it). A trial and
-/// its reverse are proposed with the same probability, so detailed balance holds.
+/// min(1, exp(−Δu)) (eq. 12 of doi:10.1103/PhysRevE.83.061306 and those derived from it). A trial
+/// and its reverse are proposed with the same probability, so detailed balance holds.
 ///
-/// Each sweep cuts a large box into domains, elsewhere every time, and makes as many trials in each as there are
-/// spheres, so that cores can share the work; trials that leave a domain are rejected too. Why
-/// balance holds all the same is said in `docs/physics.md`. The outcome does not depend on the number of cores.
+/// Each sweep cuts a large box into domains, elsewhere every time, and makes as many trials in each
+/// as there are spheres, so that cores can share the work; trials that leave a domain are rejected
+/// too. Why balance holds all the same is said in `docs/physics.md`. The outcome does not depend on
+/// the number of cores.
 ///
 /// ```
 /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, moves::LocalMoves};
@@ -60,12 +61,12 @@ impl LocalMoves {
         Self::mixture(&[maximum_displacement])
     }
 
-    /// Each trial draws one of several S, all equally likely; the choice does not depend on where the sphere
-    /// is, so detailed balance holds.
+    /// Each trial draws one of several S, all equally likely; the choice does not depend on where
+    /// the sphere is, so detailed balance holds.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] unless there are 1 to [`MOST_SIZES`](Self::MOST_SIZES), each as in
-    /// [`new`](Self::new).
+    /// [`Error::InvalidParameter`] unless there are 1 to [`MOST_SIZES`](Self::MOST_SIZES), each as
+    /// in [`new`](Self::new).
     pub fn mixture(maximum_displacements: &[f64]) -> Result<Self, Error> {
         let count = maximum_displacements.len();
         let Some(&last) = maximum_displacements.last().filter(|_| count <= Self::MOST_SIZES) else {
@@ -83,16 +84,18 @@ impl LocalMoves {
 
     /// S tuned while equilibrating, and then fixed; nothing has to be known beforehand.
     ///
-    /// There are two kinds of sweeps, drawn at random. In *short* ones the box is cut into slabs a dozen diameters thick,
-    /// and S, at most three diameters, is a function of the height of the slab: the one that renews the structure around
-    /// a sphere the soonest. In *long* ones S along x is the same everywhere and may be half the height of the
-    /// slab: such a trial puts a sphere somewhere else, and as long as there is room moves a column by far the fastest. That S
-    /// and the share of long sweeps are those with which the column as a whole sinks the most easily. Both are judged by
-    /// the mean square of accepted displacements along x, per trial, not by an acceptance. Where hardly a sphere has been, sizes
+    /// There are two kinds of sweeps, drawn at random. In *short* ones the box is cut into slabs a
+    /// dozen diameters thick, and S, at most three diameters, is a function of the height of
+    /// the slab: the one that renews the structure around a sphere the soonest. In *long* ones
+    /// S along x is the same everywhere and may be half the height of the slab: such a trial
+    /// puts a sphere somewhere else, and as long as there is room moves a column by far the
+    /// fastest. That S and the share of long sweeps are those with which the column as a whole
+    /// sinks the most easily. Both are judged by the mean square of accepted displacements
+    /// along x, per trial, not by an acceptance. Where hardly a sphere has been, sizes
     /// are drawn. [`TunedDisplacements`] tells what was found.
     ///
-    /// No S depends on where the spheres are once production has begun, so balance is detailed; equilibrate
-    /// until the column is steady.
+    /// No S depends on where the spheres are once production has begun, so balance is detailed;
+    /// equilibrate until the column is steady.
     ///
     /// ```
     /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, moves::LocalMoves};
@@ -153,7 +156,8 @@ impl LocalMoves {
         &self.sizes[..self.count]
     }
 
-    /// S in diameters; the largest of a mixture, and of [tuned](Self::tuned) ones the largest in short sweeps.
+    /// S in diameters; the largest of a mixture, and of [tuned](Self::tuned) ones the largest in
+    /// short sweeps.
     #[must_use]
     pub fn maximum_displacement(&self) -> f64 {
         self.sizes.into_iter().fold(0.0, f64::max)
@@ -197,8 +201,8 @@ impl Engine {
     /// One sweep: as many trials as there are spheres.
     ///
     /// # Errors
-    /// [`Error::InvalidPotential`] where a field or a temperature turns out not to be finite between
-    /// the heights that were probed; the configuration stays valid.
+    /// [`Error::InvalidPotential`] where a field or a temperature turns out not to be finite
+    /// between the heights that were probed; the configuration stays valid.
     pub(in crate::moves) fn sweep<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
         &mut self,
         sweep: &mut Sweep<'_, F, T, D>,

@@ -87,7 +87,8 @@ fn one_sphere_in_many_domains_follows_the_barometric_law() {
     }
 }
 
-/// Without weight a lone sphere is rejected by walls and by the faces of domains alone, and by walls in S/(2L) of the trials.
+/// Without weight a lone sphere is rejected by walls and by the faces of domains alone, and by
+/// walls in S/(2L) of the trials.
 #[test]
 fn trials_that_leave_a_domain_are_counted() {
     let (size, range, sweeps) = (1.0, 12.0, 1_000_000);
@@ -109,8 +110,8 @@ fn trials_that_leave_a_domain_are_counted() {
     assert_eq!(column.move_counts.left_domain, 0);
 }
 
-/// Standard errors, of at most a share `cap`, between the first two moments of the height above contact, of one sphere in a
-/// box that leaves it `range`, and those of exp(−x/T).
+/// Standard errors, of at most a share `cap`, between the first two moments of the height above
+/// contact, of one sphere in a box that leaves it `range`, and those of exp(−x/T).
 pub(super) fn barometric_deviations(
     moments: &BlockAverages,
     temperature: f64,
@@ -136,7 +137,8 @@ fn many_spheres_in_small_domains_weigh_what_they_weigh() {
     check_contact(LocalMoves::one(0.4), 0, 60_000);
 }
 
-/// Contact theorem: n(1/2) T is the weight on the base, whatever the density. Gives the column back.
+/// Contact theorem: n(1/2) T is the weight on the base, whatever the density. Gives the column
+/// back.
 pub(super) fn check_contact(moves: LocalMoves, equilibration: u64, sweeps: u64) -> Column {
     let (temperature, width) = (3.0, 6.0);
     let particles = 72;

@@ -112,7 +112,8 @@ pub struct TunedDisplacements {
 }
 
 impl TunedDisplacements {
-    /// The smallest S; the largest short one and the largest along y and z, if the slab is wide enough.
+    /// The smallest S; the largest short one and the largest along y and z, if the slab is wide
+    /// enough.
     const SMALLEST: f64 = 0.05;
     pub(super) const LARGEST_SHORT: f64 = 3.0;
     /// Layers of a band, unless there are too many bands.
@@ -126,8 +127,8 @@ impl TunedDisplacements {
     /// Trials of each short size that a choice needs.
     const ENOUGH: f64 = 50.0;
 
-    /// S in diameters in slabs whose middle is near `height`, in the sweeps that are not [long](Self::long); none
-    /// where hardly any sphere has been yet.
+    /// S in diameters in slabs whose middle is near `height`, in the sweeps that are not
+    /// [long](Self::long); none where hardly any sphere has been yet.
     #[must_use]
     pub fn short(&self, height: f64) -> Option<f64> {
         if self.plan.short.is_empty() || height.is_nan() {
@@ -136,8 +137,8 @@ impl TunedDisplacements {
         self.plan.short[self.band(height)].map(|candidate| self.size(candidate))
     }
 
-    /// S along x in diameters of the sweeps with long displacements, the same at every height; none if the
-    /// slab is too low for such sweeps or nothing is known yet.
+    /// S along x in diameters of the sweeps with long displacements, the same at every height; none
+    /// if the slab is too low for such sweeps or nothing is known yet.
     #[must_use]
     pub fn long(&self) -> Option<f64> {
         self.plan.long.map(|candidate| self.size(candidate))
@@ -183,8 +184,8 @@ impl TunedDisplacements {
         self.next_update = Self::FIRST_UPDATE;
     }
 
-    /// Cuts the box for a sweep, and chooses the candidates of its slabs. In production neither depends on where
-    /// spheres are.
+    /// Cuts the box for a sweep, and chooses the candidates of its slabs. In production neither
+    /// depends on where spheres are.
     pub(super) fn cut(
         &mut self,
         domains: &mut Domains,
@@ -282,10 +283,10 @@ impl TunedDisplacements {
         (layer / self.layers_per_band).min(self.counts.len() - 1)
     }
 
-    /// Plans anew. Short sizes are those that renew the structure around spheres the soonest, and the long one, with its
-    /// share, that by which the column as a whole sinks the most easily. The measure of both is a resistance, a sum
-    /// over spheres of one over their transport, which is the friction that each adds: so it is those that hardly
-    /// move that count.
+    /// Plans anew. Short sizes are those that renew the structure around spheres the soonest, and
+    /// the long one, with its share, that by which the column as a whole sinks the most easily.
+    /// The measure of both is a resistance, a sum over spheres of one over their transport,
+    /// which is the friction that each adds: so it is those that hardly move that count.
     fn update(&mut self) {
         let kinds: [fn(&Count) -> &Sums; 2] = [|count| &count.near, |count| &count.far];
         let [near, bands] =

@@ -87,7 +87,8 @@ impl Slice<'_> {
             self.read(common.domains, census);
             let places = &mut census.moving;
             if common.record {
-                // All at once: those that record now and then would otherwise need memory whenever more are accepted.
+                // All at once: those that record now and then would otherwise need memory whenever more are
+                // accepted.
                 outcome.moves.reserve(places.len());
             }
             // Where most trials overlap, most of them are settled sooner.
@@ -139,7 +140,8 @@ impl Slice<'_> {
             }
             trials.prepare::<EARLY>(&rules, self, places);
             targets.follow(&trials);
-            // Only those that may be accepted: which is hardly predictable, but for a batch costs one wrong guess.
+            // Only those that may be accepted: which is hardly predictable, but for a batch costs one wrong
+            // guess.
             let all = !(u32::MAX << batch);
             let mut leaving = trials.leaving() & all;
             let mut pending = if EARLY == CROWDED { trials.pending() & all } else { all };
@@ -245,8 +247,9 @@ impl Slice<'_> {
         }
     }
 
-    /// Reads what the trials of a tile are going to need: in the order of memory, or at least with no need to
-    /// wait for one thing before the next, and not at random, where the processor would wait each time.
+    /// Reads what the trials of a tile are going to need: in the order of memory, or at least with
+    /// no need to wait for one thing before the next, and not at random, where the processor
+    /// would wait each time.
     fn read(&self, domains: &Domains, census: &Census) {
         let mut read = 0;
         if domains.tiles() == 1 {

@@ -20,8 +20,8 @@ pub(crate) struct Collisions {
     densities: Vec<f64>,
 }
 
-/// Means over intervals, as they stand in a sample: numbers of spheres, paths, transfers, and paths times each term of a
-/// [`Series`] at the packing fraction of the interval.
+/// Means over intervals, as they stand in a sample: numbers of spheres, paths, transfers, and paths
+/// times each term of a [`Series`] at the packing fraction of the interval.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Means<'a> {
     pub(super) counts: &'a [f64],
@@ -148,7 +148,8 @@ impl<'a> Means<'a> {
         self.terms[bin] < Series::terms(packing_fraction)[0] * self.paths[bin]
     }
 
-    /// The coefficients of the [`Series`] with so many terms that meets the collisions in some bins best.
+    /// The coefficients of the [`Series`] with so many terms that meets the collisions in some bins
+    /// best.
     pub(crate) fn fit(&self, some: impl Iterator<Item = usize>, terms: usize) -> Option<Vec<f64>> {
         let bins = self.counts.len();
         let row = |bin: usize| {

@@ -17,7 +17,8 @@ pub(super) enum Route {
     Collisions,
 }
 
-/// Coefficients of both routes for every number of terms, in one list, from a `fit` of each; NaN where there is none.
+/// Coefficients of both routes for every number of terms, in one list, from a `fit` of each; NaN
+/// where there is none.
 pub(super) fn fits(mut fit: impl FnMut(Route, usize) -> Option<Vec<f64>>) -> Vec<f64> {
     let mut values = Vec::new();
     for terms in FEWEST_TERMS..=MOST_TERMS {
@@ -36,12 +37,14 @@ fn fitted(values: &[f64], route: Route, terms: usize) -> Series {
     Series::new(&values[first..first + MOST_TERMS])
 }
 
-/// Z(η) of a run, or of merged replicas, with errors: what an [`EquationOfStateFit`](super::EquationOfStateFit) has measured.
+/// Z(η) of a run, or of merged replicas, with errors: what an
+/// [`EquationOfStateFit`](super::EquationOfStateFit) has measured.
 ///
-/// The number of terms of the fits is the smallest, at least three, for which one more changes Z nowhere by more than four
-/// standard errors of the change. The two routes are combined by their errors and their correlation at as many packing
-/// fractions as there are terms, from 0 to the highest. If they disagree ([`warnings`](Self::warnings)), the collisions alone
-/// stand for both: they need local equilibrium only.
+/// The number of terms of the fits is the smallest, at least three, for which one more changes Z
+/// nowhere by more than four standard errors of the change. The two routes are combined by their
+/// errors and their correlation at as many packing fractions as there are terms, from 0 to the
+/// highest. If they disagree ([`warnings`](Self::warnings)), the collisions alone stand for both:
+/// they need local equilibrium only.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredEquationOfState {
     jackknife: Jackknife,
@@ -204,10 +207,11 @@ impl MeasuredEquationOfState {
         self.terms
     }
 
-    /// [`Warning::RoutesDisagree`] if the two routes are farther apart than chance allows: beyond the quantile of χ² that a
-    /// normal number has at four standard deviations. [`Warning::SteepGradient`] if more than a tenth of the spheres are where
-    /// the density changes by more than e within some three diameters: there the packing fraction at which collisions are
-    /// compared is smoothed too much.
+    /// [`Warning::RoutesDisagree`] if the two routes are farther apart than chance allows: beyond
+    /// the quantile of χ² that a normal number has at four standard deviations.
+    /// [`Warning::SteepGradient`] if more than a tenth of the spheres are where the density
+    /// changes by more than e within some three diameters: there the packing fraction at which
+    /// collisions are compared is smoothed too much.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         self.too_steep.iter().chain(&self.disagreement).cloned().collect()
@@ -216,7 +220,8 @@ impl MeasuredEquationOfState {
 
 /// A curve of a [`MeasuredEquationOfState`]: an [`EquationOfState`], with errors.
 ///
-/// Packing fractions lie between 0 and [the highest measured](MeasuredEquationOfState::highest_packing_fraction).
+/// Packing fractions lie between 0 and [the highest
+/// measured](MeasuredEquationOfState::highest_packing_fraction).
 #[derive(Debug, Clone, Copy)]
 pub struct EquationOfStateCurve<'a> {
     measured: &'a MeasuredEquationOfState,
@@ -281,7 +286,8 @@ impl EquationOfStateCurve<'_> {
         })
     }
 
-    /// The isothermal compressibility over that of an ideal gas, n T κ = 1/(Z + dZ/d ln η), at packing fractions.
+    /// The isothermal compressibility over that of an ideal gas, n T κ = 1/(Z + dZ/d ln η), at
+    /// packing fractions.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] for a packing fraction that was not measured.
@@ -291,7 +297,8 @@ impl EquationOfStateCurve<'_> {
         })
     }
 
-    /// Excess chemical potential over temperature, Z − 1 + ∫₀^η (Z − 1)/η′ dη′, at packing fractions.
+    /// Excess chemical potential over temperature, Z − 1 + ∫₀^η (Z − 1)/η′ dη′, at packing
+    /// fractions.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] for a packing fraction that was not measured.
@@ -299,8 +306,9 @@ impl EquationOfStateCurve<'_> {
         self.estimates(packing_fractions, Series::excess_chemical_potential)
     }
 
-    /// B₂, B₃ and B₄ of Z = 1 + B₂η + B₃η² + …; those of hard spheres are 4, 10 and 18.36. The errors are those of noise: with
-    /// three terms the form of the fit itself is off by 0.2 % in B₂, 1 % in B₃ and 1.5 % in B₄.
+    /// B₂, B₃ and B₄ of Z = 1 + B₂η + B₃η² + …; those of hard spheres are 4, 10 and 18.36. The
+    /// errors are those of noise: with three terms the form of the fit itself is off by 0.2 %
+    /// in B₂, 1 % in B₃ and 1.5 % in B₄.
     #[must_use]
     pub fn virial_coefficients(&self) -> Vec<Estimate> {
         let jackknife = &self.measured.jackknife;

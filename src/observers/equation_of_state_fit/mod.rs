@@ -33,27 +33,31 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Recorder, Scene, Slab,
 use measured::Route;
 use ranks::Ranks;
 
-/// Z as a smooth function of packing fraction, from all heights of a run together, by two independent routes.
+/// Z as a smooth function of packing fraction, from all heights of a run together, by two
+/// independent routes.
 ///
-/// **Ranks.** The pressure in the gap below the k-th highest sphere is the weight of the k spheres above it, nearly without
-/// noise; measured are the mean heights x₍ₖ₎. From dP = −n dU and P = n T Z, with p = P/T and the base area A,
+/// **Ranks.** The pressure in the gap below the k-th highest sphere is the weight of the k spheres
+/// above it, nearly without noise; measured are the mean heights x₍ₖ₎. From dP = −n dU and P = n T
+/// Z, with p = P/T and the base area A,
 ///
 /// x₍ₖ₎ − x₍ₖ₊₁₎ = Z(pₖ)/(A pₖ),
 ///
-/// for any reduced potential; in a field that varies with height or in a temperature gradient pₖ is the mean of Σ u′/A over
-/// the spheres above. An ideal gas obeys it exactly for any number of spheres (order statistics; Rényi, 1953). It needs a
-/// column at rest, and suits any moves.
+/// for any reduced potential; in a field that varies with height or in a temperature gradient pₖ is
+/// the mean of Σ u′/A over the spheres above. An ideal gas obeys it exactly for any number of
+/// spheres (order statistics; Rényi, 1953). It needs a column at rest, and suits any moves.
 ///
-/// **Collisions.** Along event chains, Z = 1 + (sum of the separations of colliding spheres)/(path), height by height, over the
-/// path run at that height (Michel, Kapfer and Krauth, doi:10.1063/1.4863991). Z is compared at the packing fraction of
-/// the same heights in the same sweeps, 64 at a time, smoothed over some eight diameters: a fluid in local equilibrium is
+/// **Collisions.** Along event chains, Z = 1 + (sum of the separations of colliding
+/// spheres)/(path), height by height, over the path run at that height (Michel, Kapfer and Krauth,
+/// doi:10.1063/1.4863991). Z is compared at the packing fraction of the same heights in the same
+/// sweeps, 64 at a time, smoothed over some eight diameters: a fluid in local equilibrium is
 /// enough, the column may still be on its way.
 ///
-/// Each route fits the coefficients of Z = 1 + Σ cₖ ηᵏ/(1 − η)³, the form of Carnahan and Starling's equation, of which no
-/// coefficient is assumed. [`result`](Self::result) combines the two and says whether they agree.
+/// Each route fits the coefficients of Z = 1 + Σ cₖ ηᵏ/(1 − η)³, the form of Carnahan and
+/// Starling's equation, of which no coefficient is assumed. [`result`](Self::result) combines the
+/// two and says whether they agree.
 ///
-/// The layers at a wall are left out: up to where the density in bins of half a diameter oscillates by less than 2 % (root mean
-/// square over two diameters), and two diameters more, four at least.
+/// The layers at a wall are left out: up to where the density in bins of half a diameter oscillates
+/// by less than 2 % (root mean square over two diameters), and two diameters more, four at least.
 ///
 /// ```
 /// use gradient_mc::observers::EquationOfStateFit;
@@ -97,7 +101,8 @@ impl EquationOfStateFit {
     const INTERVAL: u64 = 64;
     /// Spheres are counted so often, in frames.
     const BETWEEN_COUNTS: u64 = 2;
-    /// Ranks are looked at so often, in frames: successive configurations are alike, and sorting takes time.
+    /// Ranks are looked at so often, in frames: successive configurations are alike, and sorting
+    /// takes time.
     const BETWEEN_RANKS: u64 = 16;
     /// Diameters nearest to a wall, which are always layered.
     const LAYERS: f64 = 2.0;
@@ -163,8 +168,8 @@ impl EquationOfStateFit {
         Ok(MeasuredEquationOfState::new(&jackknife, heights, highest, too_steep))
     }
 
-    /// Z by collisions alone and without errors, for runs too short for [`result`](Self::result): with three coefficients, and
-    /// without the eight diameters at either wall.
+    /// Z by collisions alone and without errors, for runs too short for [`result`](Self::result):
+    /// with three coefficients, and without the eight diameters at either wall.
     ///
     /// # Errors
     /// [`Error::TooFewObservations`] before the first 64 frames, and if no event chains were seen.
@@ -190,8 +195,8 @@ impl EquationOfStateFit {
         smooth
     }
 
-    /// Whether more than a tenth of the spheres are where a density that falls by e within some three diameters is smoothed
-    /// away.
+    /// Whether more than a tenth of the spheres are where a density that falls by e within some
+    /// three diameters is smoothed away.
     fn too_steep(&self, smooth: &[f64], range: std::ops::Range<usize>) -> Option<Warning> {
         const STEEPEST: f64 = 0.3;
         const LEAST_SHARE: f64 = 0.1;

@@ -116,8 +116,9 @@ impl<'a> Means<'a> {
         Self { distances: &sample[..nodes], weights: &sample[nodes..2 * nodes], at_wall: sample[2 * nodes] }
     }
 
-    /// The coefficients of the [`Series`] with so many terms that meets the gaps between ranks best, by Newton and Gauss. The
-    /// pressure at the open end is a further unknown if spheres touch that wall.
+    /// The coefficients of the [`Series`] with so many terms that meets the gaps between ranks
+    /// best, by Newton and Gauss. The pressure at the open end is a further unknown if spheres
+    /// touch that wall.
     pub(super) fn fit(&self, used: &Used<'_>, terms: usize) -> Option<Vec<f64>> {
         const MOST_STEPS: usize = 60;
         const GOOD: f64 = 1e-9;
@@ -149,8 +150,8 @@ impl<'a> Means<'a> {
         None
     }
 
-    /// The change of the unknowns by which the gaps are met best, as if they were linear in them; nothing where there is no
-    /// state at a pressure that occurs.
+    /// The change of the unknowns by which the gaps are met best, as if they were linear in them;
+    /// nothing where there is no state at a pressure that occurs.
     fn step(&self, used: &Used<'_>, terms: usize, unknowns: &[f64]) -> Option<Vec<f64>> {
         let series = Series::new(&unknowns[..terms]);
         let end_pressure = unknowns.get(terms).copied();
@@ -191,8 +192,8 @@ impl<'a> Means<'a> {
     }
 }
 
-/// Ranks of gaps between two nodes and how many gaps each stands for: every gap, or the nodes of Gauss and Legendre's rule
-/// where there are many.
+/// Ranks of gaps between two nodes and how many gaps each stands for: every gap, or the nodes of
+/// Gauss and Legendre's rule where there are many.
 fn gaps([first, end]: [usize; 2]) -> [Option<(f64, f64)>; 8] {
     const NODE: f64 = 0.774_596_669_241_483_4;
     let count = end - first;

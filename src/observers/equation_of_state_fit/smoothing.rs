@@ -4,8 +4,8 @@ use nalgebra::DMatrix;
 
 /// A local polynomial: at every bin the value of the polynomial that fits its neighbors best.
 ///
-/// Of the fourth degree where there are as many neighbors on both sides, so that the bias is of the sixth order in the width,
-/// and of the second near the ends.
+/// Of the fourth degree where there are as many neighbors on both sides, so that the bias is of the
+/// sixth order in the width, and of the second near the ends.
 #[derive(Debug, Clone)]
 pub(super) struct Smoothing {
     /// First neighbor, and the weights from it on; none where there is nothing to smooth.
@@ -36,8 +36,8 @@ impl Smoothing {
     }
 }
 
-/// Weights of the values in bins `first` to `last` in that of the polynomial at `bin`; neighbors count the less, the farther
-/// away they are.
+/// Weights of the values in bins `first` to `last` in that of the polynomial at `bin`; neighbors
+/// count the less, the farther away they are.
 fn weights(first: usize, last: usize, bin: usize, reach: usize, degree: usize) -> Vec<f64> {
     let distance = |other: usize| (other as f64 - bin as f64) / (reach as f64 + 1.0);
     let importance = |other: usize| 1.0 - distance(other) * distance(other);

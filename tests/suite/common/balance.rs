@@ -1,5 +1,5 @@
-//! Checks of acceptance rules. They return what they find wrong, so that rules known to be wrong can
-//! be shown to fail them.
+//! Checks of acceptance rules. They return what they find wrong, so that rules known to be wrong
+//! can be shown to fail them.
 
 use gradient_mc::{AcceptedMove, Frame, Observer, ObserverError, Recorder};
 use thiserror::Error;
@@ -34,18 +34,20 @@ fn logarithm_of_ratio(log_acceptance: &impl Fn(f64, f64) -> f64, a: f64, b: f64)
 }
 
 /// Detailed balance with respect to `potential` u, in every pair and both directions:
-/// ln p(a -> b) - ln p(b -> a) = -(u(b) - u(a)), within `tolerance` of |u(a)| + |u(b)| and the rounding of terms of order
-/// one, of which u may be a small difference.
+/// ln p(a -> b) - ln p(b -> a) = -(u(b) - u(a)), within `tolerance` of |u(a)| + |u(b)| and the
+/// rounding of terms of order one, of which u may be a small difference.
 ///
-/// The scale is that of the potentials, not of their difference, since that is where rounding enters.
+/// The scale is that of the potentials, not of their difference, since that is where rounding
+/// enters.
 pub fn check_detailed_balance(
     log_acceptance: impl Fn(f64, f64) -> f64,
     potential: impl Fn(f64) -> f64,
     pairs: &[[f64; 2]],
     tolerance: f64,
 ) -> Result<(), Violation> {
-    // Four evaluations of u, by the rule and by the test at two heights. Each is the sum of two terms of order one, that of the
-    // field and that of the temperature, which are right to an ulp, ε; larger terms that do not cancel are within `tolerance`.
+    // Four evaluations of u, by the rule and by the test at two heights. Each is the sum of two terms
+    // of order one, that of the field and that of the temperature, which are right to an ulp, ε;
+    // larger terms that do not cancel are within `tolerance`.
     const ROUNDING: f64 = 4.0 * 2.0 * f64::EPSILON;
     for &[a, b] in pairs {
         for (from, to) in [(a, b), (b, a)] {
@@ -124,8 +126,8 @@ impl Recorder for TrialRecorder {
 }
 
 /// Whether trials with displacements uniform in (-S, S) were accepted as often as
-/// min(1, exp(-[u(x') - u(x)])) says, within 4 standard deviations, in 16 classes: up or down, short or
-/// long, and four ranges of the height they started from.
+/// min(1, exp(-[u(x') - u(x)])) says, within 4 standard deviations, in 16 classes: up or down,
+/// short or long, and four ranges of the height they started from.
 ///
 /// Given its start, each trial is one Bernoulli trial of known probability, so that the sums are
 /// normal whatever the correlation of successive heights.

@@ -19,8 +19,8 @@ pub fn agrees(what: &str, estimate: Estimate, exact: f64, largest_error: f64) ->
     }
 }
 
-/// Whether an estimate of a rule that is wrong is off as the rule says: its error bar as good as [`agrees`] demands,
-/// and the exact value missed by more than 4 standard errors on that side.
+/// Whether an estimate of a rule that is wrong is off as the rule says: its error bar as good as
+/// [`agrees`] demands, and the exact value missed by more than 4 standard errors on that side.
 pub fn misses(
     what: &str,
     estimate: Estimate,
@@ -58,8 +58,8 @@ pub fn ideal_gas_mean(height: f64, base: f64, alpha: f64, beta: f64) -> f64 {
     mean_height(height, |x| (-(rate * x).exp_m1() / (rate * base) + beta * x).exp())
 }
 
-/// Mean height of the center of mass of two spheres on a base 3 x 3 at temperature 1, by quadrature of
-/// exp(−Δ/T)[L² − π(1 − Δ²)₊] over the height difference Δ.
+/// Mean height of the center of mass of two spheres on a base 3 x 3 at temperature 1, by quadrature
+/// of exp(−Δ/T)[L² − π(1 − Δ²)₊] over the height difference Δ.
 pub const TWO_SPHERES_MEAN: f64 = 1.567_105_973_366_81;
 /// Its variance.
 pub const TWO_SPHERES_VARIANCE: f64 = 0.519_298_716_998_895;
@@ -77,8 +77,8 @@ pub fn contact_density(bins: &[f64]) -> f64 {
     normal.lu().solve(&right).map_or(f64::NAN, |solution| solution[0].exp())
 }
 
-/// Center-of-mass series, every `interval` sweeps, from a run of the given length, equilibrated for a tenth
-/// of it.
+/// Center-of-mass series, every `interval` sweeps, from a run of the given length, equilibrated for
+/// a tenth of it.
 pub fn center_of_mass<F, T, S>(
     mut simulation: Simulation<F, T, S>,
     sweeps: u64,

@@ -204,7 +204,8 @@ pub fn triples_in(slab: Slab) -> impl Strategy<Value = Vec<[f64; 3]>> {
 }
 
 /// The reduced potential of a scene whose temperature varies, built anew from its definition
-/// u = φ/T(0) + ∫ a (1/T - 1/T(0)) dx - ∫ (P/n) d(1/T), the sum of the last two linear within bins and P/n constant.
+/// u = φ/T(0) + ∫ a (1/T - 1/T(0)) dx - ∫ (P/n) d(1/T), the sum of the last two linear within bins
+/// and P/n constant.
 #[derive(Debug, Clone)]
 pub struct Rebuilt {
     lowest: f64,

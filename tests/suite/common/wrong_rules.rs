@@ -13,8 +13,9 @@ use gradient_mc::field::UniformField;
 use gradient_mc::temperature::ExponentialTemperature;
 use gradient_mc::{Error, Field, Scene, TemperatureProfile};
 
-/// ln p of the rule that accepts every downward move, and an upward one by its energy: what eqs. (12),
-/// (14), (22), (25), (26) of doi:10.1103/PhysRevE.83.061306 say in words. Right only where u rises.
+/// ln p of the rule that accepts every downward move, and an upward one by its energy: what eqs.
+/// (12), (14), (22), (25), (26) of doi:10.1103/PhysRevE.83.061306 say in words. Right only where u
+/// rises.
 pub fn sign_of_displacement(potential: impl Fn(f64) -> f64) -> impl Fn(f64, f64) -> f64 {
     move |from, to| if to < from { 0.0 } else { (potential(from) - potential(to)).min(0.0) }
 }
@@ -28,7 +29,8 @@ pub fn temperature_where_it_starts<F: Field, T: TemperatureProfile>(
 }
 
 /// T(x) put straight into the Boltzmann factor: u = φ(x)/T(x), the barometric law of a gas without
-/// heat flow. It makes the *density* a Boltzmann factor where the *pressure* should balance the weight.
+/// heat flow. It makes the *density* a Boltzmann factor where the *pressure* should balance the
+/// weight.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct TemperatureInMetropolis;
 
@@ -47,8 +49,8 @@ impl<F: Field, T: TemperatureProfile> Scheme<F, T> for TemperatureInMetropolis {
     }
 }
 
-/// Eq. (31) of doi:10.1103/PhysRevE.83.061306 as it is printed, with the double integral taken for an
-/// ideal gas: the second term is -1/(βT₀) times it, where eq. (26) gives +β/T₀.
+/// Eq. (31) of doi:10.1103/PhysRevE.83.061306 as it is printed, with the double integral taken for
+/// an ideal gas: the second term is -1/(βT₀) times it, where eq. (26) gives +β/T₀.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct EquationThirtyOneAsPrinted;
 

@@ -1,12 +1,13 @@
-//! Whether error bars are what they say: (value − truth)/error over many replicas, for short and long runs.
+//! Whether error bars are what they say: (value − truth)/error over many replicas, for short and
+//! long runs.
 //!
-//! Every replica of a column of 10 spheres per d² starts in equilibrium, from a run of its own, and is asked
-//! for its results and warnings after 200, 1000, 5000 and (`--full`) 20 000 sweeps of production. The truth is
-//! the mean of all replicas of a scene at the longest production, over all families of moves (the scatter of
-//! the replicas is its error). For each production the root mean square of the deviations in claimed errors is
-//! printed, over the replicas that raise no warning about sampling (in brackets: over all). Over all quantities
-//! it should lie within 0.8 to 1.25, and where every one does for all replicas, at most one replica in ten
-//! should be warned of.
+//! Every replica of a column of 10 spheres per d² starts in equilibrium, from a run of its own, and
+//! is asked for its results and warnings after 200, 1000, 5000 and (`--full`) 20 000 sweeps of
+//! production. The truth is the mean of all replicas of a scene at the longest production, over all
+//! families of moves (the scatter of the replicas is its error). For each production the root mean
+//! square of the deviations in claimed errors is printed, over the replicas that raise no warning
+//! about sampling (in brackets: over all). Over all quantities it should lie within 0.8 to 1.25,
+//! and where every one does for all replicas, at most one replica in ten should be warned of.
 
 #[macro_use]
 extern crate paper;

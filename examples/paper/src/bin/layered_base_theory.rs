@@ -1,9 +1,11 @@
-//! The layers at the base by density functional theory: 40 spheres per area in a uniform field, below a lid at 400.
+//! The layers at the base by density functional theory: 40 spheres per area in a uniform field,
+//! below a lid at 400.
 //!
-//! One file per functional, with the mean number density in bins of 0.1 d from 0.5 to 8 d. On the terminal, what else each says: the contact
-//! density, which is the weight of the column over T₀ exactly; the height of the center of mass; and the adsorption, the spheres per area
-//! beyond those of the functional's own uniform fluid of the same chemical potential, which begins at the wall. At T₀ = 5 also how far each is
-//! from a simulation of the layers, an independent program's.
+//! One file per functional, with the mean number density in bins of 0.1 d from 0.5 to 8 d. On the
+//! terminal, what else each says: the contact density, which is the weight of the column over T₀
+//! exactly; the height of the center of mass; and the adsorption, the spheres per area beyond those
+//! of the functional's own uniform fluid of the same chemical potential, which begins at the wall.
+//! At T₀ = 5 also how far each is from a simulation of the layers, an independent program's.
 
 #[macro_use]
 extern crate paper;

@@ -1,9 +1,11 @@
-//! How accurate a run in a temperature gradient is: T = 20 exp(−βx) for the paper's five β, with the default scheme.
+//! How accurate a run in a temperature gradient is: T = 20 exp(−βx) for the paper's five β, with
+//! the default scheme.
 //!
-//! For each β the measured P (the weight of the column) is compared with n T Z, Z after Kolafa, Labík and Malijevský as
-//! modified in 2019, wherever a local equation of state can be expected to hold: above the layers at the base (x > 8) and
-//! where |d ln n/dx| < 0.1. That range is divided into groups of heights that hold equally many spheres, so that the dilute
-//! top is known as well as the rest. No equation of state enters the measurement: the certificate of every run
+//! For each β the measured P (the weight of the column) is compared with n T Z, Z after Kolafa,
+//! Labík and Malijevský as modified in 2019, wherever a local equation of state can be expected to
+//! hold: above the layers at the base (x > 8) and where |d ln n/dx| < 0.1. That range is divided
+//! into groups of heights that hold equally many spheres, so that the dilute top is known as well
+//! as the rest. No equation of state enters the measurement: the certificate of every run
 //! says whether its effective field belongs to the density that it made.
 //!
 //! `--full` goes on until errors are below a quarter of a per cent.
@@ -187,8 +189,8 @@ fn table(outcomes: &[Outcome]) -> Table {
     table
 }
 
-/// Every group of heights within the claim and four standard errors of zero; in a full run every run certified, and errors small
-/// enough.
+/// Every group of heights within the claim and four standard errors of zero; in a full run every
+/// run certified, and errors small enough.
 fn verdicts(outcomes: &[Outcome], full: bool) -> Verdicts {
     let mut verdicts = Verdicts::new();
     for Outcome { decay_rate, edges, deviations, certificate, .. } in outcomes {

@@ -71,13 +71,15 @@ impl Constants {
     }
 }
 
-/// How well ideal gas and theory are described: root mean squares of ln(measured/expected) for n, P and Z, and how many they are.
+/// How well ideal gas and theory are described: root mean squares of ln(measured/expected) for n, P
+/// and Z, and how many they are.
 #[derive(Debug, Clone, Copy)]
 pub struct Quality {
     pub formulas: [(f64, usize); 3],
 }
 
-/// The fit. What is allowed for ideal gas and theory is judged by what the library expects of them with the constants in use.
+/// The fit. What is allowed for ideal gas and theory is judged by what the library expects of them
+/// with the constants in use.
 pub fn fit(data: &Data) -> Result<(Constants, Quality), Failure> {
     let (layers, layers_scatter) = fit_layers(&data.columns);
     let mut formulas = [(0.0, 0); 3];
@@ -114,7 +116,8 @@ pub(super) fn is(field: f64, index: usize) -> bool {
     (field - index as f64).abs() < 0.5
 }
 
-/// The parts of the bins near a wall in the sum of |Δn|: the mean over columns, each in units of its own, weighted with the errors.
+/// The parts of the bins near a wall in the sum of |Δn|: the mean over columns, each in units of
+/// its own, weighted with the errors.
 fn fit_shape(layers: &[LayerRow]) -> [f64; 8] {
     let (mut sums, mut weights) = ([0.0; 8], [0.0; 8]);
     for column in layers.chunk_by(|one, next| is(one.column - next.column, 0)) {
@@ -130,7 +133,8 @@ fn fit_shape(layers: &[LayerRow]) -> [f64; 8] {
     mean.map(|part| part / all)
 }
 
-/// B(η)/η² = LEADING + b₁η + b₂η² + b₃η³, weighted with the errors and a scatter of a few hundredths; and the scatter that is left.
+/// B(η)/η² = LEADING + b₁η + b₂η² + b₃η³, weighted with the errors and a scatter of a few
+/// hundredths; and the scatter that is left.
 fn fit_layers(columns: &[ColumnRow]) -> ([f64; 4], f64) {
     const SCATTER: f64 = 0.03;
     let rows: Vec<([f64; 3], f64, f64)> = columns
@@ -156,7 +160,8 @@ fn fit_layers(columns: &[ColumnRow]) -> ([f64; 4], f64) {
     (polynomial, ((squares / weights).max(0.0) + error).sqrt())
 }
 
-/// Total variation distance above the layers in units of that of the ideal gas: the mean square in excess of noise, and one standard error more.
+/// Total variation distance above the layers in units of that of the ideal gas: the mean square in
+/// excess of noise, and one standard error more.
 fn fit_bulk(columns: &[ColumnRow], plans: &[Plan]) -> f64 {
     let (mut sum, mut weights) = (0.0, 0.0);
     for (column, row) in columns.iter().enumerate() {
@@ -175,7 +180,8 @@ fn fit_bulk(columns: &[ColumnRow], plans: &[Plan]) -> f64 {
     ((sum / weights).max(0.0) + 1.0 / weights.sqrt()).sqrt()
 }
 
-/// Root mean square of ln(measured/expected) over ideal gas and theory, where it can be told from noise, and of how many.
+/// Root mean square of ln(measured/expected) over ideal gas and theory, where it can be told from
+/// noise, and of how many.
 fn scatter_of_formulas(formulas: &[Formula], quantity: usize) -> Result<(f64, usize), Failure> {
     let mut squares = Vec::new();
     for (column, parameters) in Parameters::calibration().into_iter().enumerate() {
@@ -193,7 +199,8 @@ fn scatter_of_formulas(formulas: &[Formula], quantity: usize) -> Result<(f64, us
     Ok(((squares.iter().sum::<f64>() / squares.len() as f64).sqrt(), squares.len()))
 }
 
-/// ln g = a + b η + c ln h + d [T varies], the sweeps that the theory start counts for, the scatter of ln error, and that of seeds.
+/// ln g = a + b η + c ln h + d [T varies], the sweeps that the theory start counts for, the scatter
+/// of ln error, and that of seeds.
 fn fit_noise(columns: &[ColumnRow], plans: &[&Plan]) -> Noise {
     let mut best: Option<Noise> = None;
     for sweeps in 0..=LARGEST_HEAD_START {
@@ -246,7 +253,8 @@ fn fit_bases(bases: &[Base]) -> f64 {
     (above / below).max(0.0).sqrt()
 }
 
-/// Trials and events per sphere and sweep, linear in the packing fraction where it is densest; relative deviations count.
+/// Trials and events per sphere and sweep, linear in the packing fraction where it is densest;
+/// relative deviations count.
 fn fit_moves(moves: &[Moves], family: usize) -> [f64; 2] {
     let rows: Vec<([f64; 2], f64, f64)> = moves
         .iter()

@@ -1,4 +1,5 @@
-//! What the layers of the density functional miss, from the bins near the base that were measured for the theory.
+//! What the layers of the density functional miss, from the bins near the base that were measured
+//! for the theory.
 
 use super::data::{ColumnRow, LayerRow};
 use super::fit::{RESOLVED, is};
@@ -19,7 +20,8 @@ pub(super) struct Functional {
     pub(super) allowance: f64,
 }
 
-/// One column: its packing fraction at the base, and how far the functional is off in the bins there, with errors.
+/// One column: its packing fraction at the base, and how far the functional is off in the bins
+/// there, with errors.
 struct Column {
     eta: f64,
     bins: Vec<[f64; 2]>,

@@ -18,7 +18,8 @@ pub struct Parameters {
     pub column_density: f64,
 }
 
-/// T₀, α, β, N/A: the paper's three systems first, then dense and dilute, tall and flat, in both gradients.
+/// T₀, α, β, N/A: the paper's three systems first, then dense and dilute, tall and flat, in both
+/// gradients.
 const CALIBRATION: [[f64; 4]; 26] = [
     [20.0, 0.0, 0.0, 40.0],
     [20.0, 0.02, 0.0, 40.0],
@@ -60,9 +61,12 @@ impl HeldOut {
 
     /// The first draws of one generator:
     ///
-    /// - T₀ = 40^(u²): between 1 and 40, flat columns more often than tall ones, since tall ones hardly need a simulation;
-    /// - weight N/(A T₀) log-uniform between 0.005 and 10 (the hard-sphere fluid freezes at P/T = 11.57 and α, β add to it);
-    /// - α = 0 in half of them, else uniform up to 0.1; β = 0 in half of them, else uniform up to 0.05;
+    /// - T₀ = 40^(u²): between 1 and 40, flat columns more often than tall ones, since tall ones
+    ///   hardly need a simulation;
+    /// - weight N/(A T₀) log-uniform between 0.005 and 10 (the hard-sphere fluid freezes at P/T =
+    ///   11.57 and α, β add to it);
+    /// - α = 0 in half of them, else uniform up to 0.1; β = 0 in half of them, else uniform up to
+    ///   0.05;
     /// - tolerance log-uniform between 0.3 and 15 %;
     ///
     /// all rounded to three significant digits; N/A outside [0.05, 40] is drawn again.
@@ -125,8 +129,8 @@ impl Parameters {
             .collect()
     }
 
-    /// The scene over a square base with at least `particles` spheres on at least `side` x `side`; the lid lies where the theory has one sphere in 10⁵
-    /// above, and two diameters more.
+    /// The scene over a square base with at least `particles` spheres on at least `side` x `side`;
+    /// the lid lies where the theory has one sphere in 10⁵ above, and two diameters more.
     pub fn scene(&self, particles: usize, side: f64) -> Result<Column, Error> {
         let field = ExponentialField::new(self.field_rate)?;
         let temperature = ExponentialTemperature::new(self.temperature, self.decay_rate)?;

@@ -123,7 +123,8 @@ fn draw_panel<DB: DrawingBackend>(panel: &Panel, area: &Area<DB>, pen: Pen) -> R
     Ok(())
 }
 
-/// About how many numbers an axis carries; on a logarithmic one, whole powers of ten if they are not too many.
+/// About how many numbers an axis carries; on a logarithmic one, whole powers of ten if they are
+/// not too many.
 fn ticks(axis: &Axis) -> usize {
     if axis.logarithmic {
         let (low, high) = axis.range();
@@ -197,7 +198,8 @@ fn draw_series<DB: DrawingBackend>(
         if !((x.0..=x.1).contains(&center.0) && (y.0..=y.1).contains(&center.1)) {
             continue;
         }
-        // On a logarithmic axis an error bar may reach below everything; the position is then not a number, or -inf.
+        // On a logarithmic axis an error bar may reach below everything; the position is then not a number,
+        // or -inf.
         let ends = [point.y - point.error, point.y + point.error].map(|end| panel.y.position(end));
         let ends = ends.map(|end| if end.is_nan() { y.0 } else { end.clamp(y.0, y.1) });
         let [low, high] = ends.map(|end| plane.map_coordinate(&(center.0, end)));
@@ -306,7 +308,8 @@ fn draw_legend<DB: DrawingBackend>(
     Ok(())
 }
 
-/// The number at a tick, with the decimals that the range of the axis calls for; a power of ten on a logarithmic axis.
+/// The number at a tick, with the decimals that the range of the axis calls for; a power of ten on
+/// a logarithmic axis.
 fn number(position: f64, axis: &Axis) -> String {
     if axis.logarithmic {
         return power_of_ten(position);

@@ -1,4 +1,5 @@
-//! Pictures: panels of lines (theory) and points with error bars (simulation), as SVG and PNG alike.
+//! Pictures: panels of lines (theory) and points with error bars (simulation), as SVG and PNG
+//! alike.
 
 mod clip;
 mod draw;
@@ -10,7 +11,8 @@ pub use plotters::style::RGBColor;
 use plotters::style::{FontStyle, register_font};
 use std::path::Path;
 
-/// Colors that remain apart for color-blind readers (Okabe and Ito), and on gray paper by lightness.
+/// Colors that remain apart for color-blind readers (Okabe and Ito), and on gray paper by
+/// lightness.
 pub mod colors {
     use plotters::style::RGBColor;
     pub const INK: RGBColor = RGBColor(34, 34, 34);
@@ -27,8 +29,8 @@ const FONT: &str = "sans-serif";
 static REGULAR: &[u8] = include_bytes!("fonts/DejaVuSans.ttf");
 static BOLD: &[u8] = include_bytes!("fonts/DejaVuSans-Bold.ttf");
 
-/// Plotters places everything on whole pixels, so pictures are drawn this many times larger and then
-/// reduced: fine positions in the SVG, smooth edges in the PNG.
+/// Plotters places everything on whole pixels, so pictures are drawn this many times larger and
+/// then reduced: fine positions in the SVG, smooth edges in the PNG.
 const OVERSAMPLING: u32 = 3;
 
 /// A point with its error bar, if it has one.
@@ -190,7 +192,8 @@ impl Panel {
         self
     }
 
-    /// Makes the panel one that stands inside another, on white and with smaller letters; add it to the figure after that one.
+    /// Makes the panel one that stands inside another, on white and with smaller letters; add it to
+    /// the figure after that one.
     pub fn inset(mut self) -> Self {
         self.inset = true;
         self

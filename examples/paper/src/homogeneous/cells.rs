@@ -1,6 +1,7 @@
 //! Centers in cells, relative to the corners of these.
 
-/// Most centers of a cell: spheres that do not overlap have at most eight in a cube of less than √2, and room is left.
+/// Most centers of a cell: spheres that do not overlap have at most eight in a cube of less than
+/// √2, and room is left.
 const SLOTS: usize = 12;
 /// So many slots are looked at without asking how many are full; more rarely are.
 const AT_ONCE: usize = 4;
@@ -58,7 +59,8 @@ pub(crate) struct Cells {
     pub(crate) neighbors: Vec<[u32; 27]>,
 }
 
-/// Offsets along the three axes, plus one: the cell itself, six behind faces, twelve behind edges, eight behind corners.
+/// Offsets along the three axes, plus one: the cell itself, six behind faces, twelve behind edges,
+/// eight behind corners.
 pub(crate) const OFFSETS: [[usize; 3]; 27] = offsets();
 
 /// Where an offset stands in [`OFFSETS`].
@@ -250,7 +252,8 @@ impl Cells {
         !overlaps
     }
 
-    /// Squares of the distances from a place in a cell to the cells before, at and after it along each axis.
+    /// Squares of the distances from a place in a cell to the cells before, at and after it along
+    /// each axis.
     #[inline]
     pub(crate) fn gaps(&self, relative: [f64; 3]) -> [[f64; 3]; 3] {
         relative.map(|coordinate| {

@@ -4,7 +4,8 @@
 use super::cells::{Cells, OFFSETS, SHIFTS};
 use rand::{Rng, RngExt};
 
-/// So many chains, of a mean length of the side of the cube: separations in all collisions, path, number of collisions.
+/// So many chains, of a mean length of the side of the cube: separations in all collisions, path,
+/// number of collisions.
 pub(crate) fn sweep(cells: &mut Cells, chains: u64, generator: &mut impl Rng) -> (f64, f64, u64) {
     // Some hundreds.
     #[allow(clippy::cast_possible_truncation)]

@@ -1,8 +1,9 @@
 //! The contact value g(1⁺), extrapolated.
 //!
-//! Pairs are counted in shells of equal thickness from contact to 1.1 diameters; the value at 1 is that of the cubic
-//! that fits the shells best by least squares. That is a fixed linear combination of the counts, so its error is that of any mean. What is left out, the fourth
-//! derivative, is some 10⁻⁴ of g at a packing fraction of 0.45.
+//! Pairs are counted in shells of equal thickness from contact to 1.1 diameters; the value at 1 is
+//! that of the cubic that fits the shells best by least squares. That is a fixed linear combination
+//! of the counts, so its error is that of any mean. What is left out, the fourth derivative, is
+//! some 10⁻⁴ of g at a packing fraction of 0.45.
 
 use super::cells::Cells;
 use gradient_mc::equation_of_state::number_density;
@@ -21,7 +22,8 @@ pub(crate) struct Contact {
 
 impl Contact {
     pub(crate) fn new() -> Self {
-        // Polynomials orthonormal over the shells by Gram and Schmidt; the last value of each is that at contact.
+        // Polynomials orthonormal over the shells by Gram and Schmidt; the last value of each is that at
+        // contact.
         let place = |index: usize| if index < SHELLS { (index as f64 + 0.5) / SHELLS as f64 } else { 0.0 };
         let mut basis: Vec<[f64; SHELLS + 1]> = Vec::new();
         for _ in 0..TERMS {

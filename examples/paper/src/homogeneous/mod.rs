@@ -1,11 +1,13 @@
-//! Ordinary Monte Carlo: one density in a periodic cube, by local moves or by event chains. The gradient's opponent.
+//! Ordinary Monte Carlo: one density in a periodic cube, by local moves or by event chains. The
+//! gradient's opponent.
 //!
 //! | moves | Z = P/(nT) from |
 //! |---|---|
 //! | local | 1 + 4η g(1⁺), the contact value extrapolated (`contact`) |
 //! | straight event chains | 1 + Σs/ℓ: s are the separations along the chain in all collisions, ℓ the length of all chains (Michel, Kapfer and Krauth, doi:10.1063/1.4863991) |
 //!
-//! Centers are kept cell by cell, relative to the corner of their cell, so that no distance has to be folded back.
+//! Centers are kept cell by cell, relative to the corner of their cell, so that no distance has to
+//! be folded back.
 
 mod cells;
 mod chain;
@@ -173,9 +175,10 @@ impl Homogeneous {
 
 /// What Z of N spheres in a periodic cube lacks of that of an infinite system, to order 1/N.
 ///
-/// The canonical partition function is the grand one over √(2πNχ), χ = 1/(Z + dZ/d ln η) the reduced compressibility; so
-/// `Z_N` = Z + (1/2N) d ln χ/d ln n (to lowest order in η it is the factor 1 − 1/N of the second virial coefficient). χ after
-/// Carnahan and Starling is good to some per cent of this correction.
+/// The canonical partition function is the grand one over √(2πNχ), χ = 1/(Z + dZ/d ln η) the
+/// reduced compressibility; so `Z_N` = Z + (1/2N) d ln χ/d ln n (to lowest order in η it is the
+/// factor 1 − 1/N of the second virial coefficient). χ after Carnahan and Starling is good to some
+/// per cent of this correction.
 pub fn finite_size(particles: usize, packing_fraction: f64) -> f64 {
     const STEP: f64 = 1e-3;
     let stiffness = |factor: f64| {

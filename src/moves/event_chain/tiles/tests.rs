@@ -1,4 +1,5 @@
-//! Chains in tiles leave the distribution as it is, however small the tiles are; wrong rules do not.
+//! Chains in tiles leave the distribution as it is, however small the tiles are; wrong rules do
+//! not.
 
 use super::*;
 use crate::centers::Centers;
@@ -134,8 +135,8 @@ const SIDE: f64 = 3.0;
 /// Two spheres closer than this are near contact.
 const NEAR: f64 = 1.03;
 
-/// Mean height of two spheres over a base 3 x 3, their mean difference in height, and how often they are near
-/// contact, by Simpson's rule.
+/// Mean height of two spheres over a base 3 x 3, their mean difference in height, and how often
+/// they are near contact, by Simpson's rule.
 fn exact_moments(height: f64, potential: impl Fn(f64) -> f64) -> [f64; 3] {
     const PANELS: usize = 1500;
     let width = (height - 1.0) / (2 * PANELS) as f64;
@@ -202,7 +203,8 @@ fn two_spheres_tell_what_a_frozen_sphere_must_do() {
     assert!(deviation("near contact", near.0, near.1, 0.005) > 4.0);
 }
 
-/// Contact density, center of mass, profile and pressures of a column of 96 spheres over a base 6 x 5.
+/// Contact density, center of mass, profile and pressures of a column of 96 spheres over a base 6 x
+/// 5.
 fn observe(sizes: Sizes, frozen: Frozen, sweeps: u64) -> Vec<Estimate> {
     let (temperature, extents) = (3.0, [30.0, 6.0, 5.0]);
     let positions: Vec<[f64; 3]> = (0..96)

@@ -54,7 +54,8 @@ fn one_sphere_in_slabs_of_different_sizes_follows_the_barometric_law() {
 
 #[test]
 fn sizes_by_the_height_of_the_sphere_are_noticed() {
-    // The same S at the same heights, but those of the sphere: no trial leaves its domain, and none is corrected.
+    // The same S at the same heights, but those of the sphere: no trial leaves its domain, and none is
+    // corrected.
     let plan = one_sphere().engine.tuning.unwrap();
     let mut column = one_sphere();
     column.engine.tuning = None;

@@ -69,7 +69,8 @@ impl Gathered {
         gathered
     }
 
-    /// Whether everything is there and every claim holds. A study without a claim has shown nothing.
+    /// Whether everything is there and every claim holds. A study without a claim has shown
+    /// nothing.
     pub(crate) fn holds(&self) -> bool {
         self.missing.is_empty() && !self.verdicts.is_empty() && self.verdicts.iter().all(Verdict::holds)
     }

@@ -19,10 +19,12 @@ pub(crate) struct Launched {
     pub(crate) duration: Duration,
 }
 
-/// Runs the study with these arguments and output in `directory`, and keeps what it prints there. Fails if it does not come to its end.
+/// Runs the study with these arguments and output in `directory`, and keeps what it prints there.
+/// Fails if it does not come to its end.
 ///
-/// Cargo builds it first if it has to: `cargo run -p paper --bin all_figures` builds no other study. Where there is no cargo the
-/// executable beside this one is taken. It is told to stop when this process is.
+/// Cargo builds it first if it has to: `cargo run -p paper --bin all_figures` builds no other
+/// study. Where there is no cargo the executable beside this one is taken. It is told to stop when
+/// this process is.
 pub(crate) fn launch(
     study: &str,
     arguments: &[OsString],
@@ -83,8 +85,8 @@ fn run(mut command: Command, interrupt: &Interrupt) -> std::io::Result<Output> {
     Ok(Output { status, stdout, stderr: Vec::new() })
 }
 
-/// Sends SIGTERM. A terminal sends its signals to the whole group by itself; a second one does no harm. Elsewhere the study
-/// runs to its end.
+/// Sends SIGTERM. A terminal sends its signals to the whole group by itself; a second one does no
+/// harm. Elsewhere the study runs to its end.
 fn stop(process: u32) {
     if cfg!(unix) {
         Command::new("kill").args(["-TERM", &process.to_string()]).status().ok();

@@ -1,8 +1,10 @@
-//! Every figure of doi:10.1103/PhysRevE.83.061306 on one page, with what each claims and whether it holds.
+//! Every figure of doi:10.1103/PhysRevE.83.061306 on one page, with what each claims and whether it
+//! holds.
 //!
-//! Runs the four studies that draw figures 2 to 17, one after the other, each as a process of its own (one that fails stops none
-//! of the others), and writes `out/all_figures/index.html` from the pictures, captions and verdicts that they leave in
-//! `out/<study>`. The exit code is 1 if a claim of any of them fails, and 2 if one has not come to its end: the same command then goes
+//! Runs the four studies that draw figures 2 to 17, one after the other, each as a process of its
+//! own (one that fails stops none of the others), and writes `out/all_figures/index.html` from the
+//! pictures, captions and verdicts that they leave in `out/<study>`. The exit code is 1 if a claim
+//! of any of them fails, and 2 if one has not come to its end: the same command then goes
 //! on, and does not make those again that have.
 
 #[macro_use]

@@ -115,7 +115,8 @@ fn report(html: &mut String, gathered: &Gathered) {
     }
 }
 
-/// The picture, one line of verdict and the caption. The picture leads to the drawing that can be enlarged, and to its data where they have the same name.
+/// The picture, one line of verdict and the caption. The picture leads to the drawing that can be
+/// enlarged, and to its data where they have the same name.
 fn figure(picture: &Picture, directory: &Path, verdicts: &[&Verdict]) -> String {
     let name = directory.file_name().unwrap_or_default().to_string_lossy();
     let stem = picture.file.trim_end_matches(".png");

@@ -1,8 +1,11 @@
-//! Calibrates `Scene::model_for`: how far ideal gas and hydrostatic theory are off, and how long Monte Carlo plans have to be.
+//! Calibrates `Scene::model_for`: how far ideal gas and hydrostatic theory are off, and how long
+//! Monte Carlo plans have to be.
 //!
-//! Runs two dozen columns, writes `examples/paper/calibration/*.csv`, fits the constants of the estimates to these, and prints
-//! what is to stand in `src/model/constants.rs` (`--fit` does only this). `--references` measures the forty scenes of `tests/model_for.rs`
-//! instead, to which nothing is fitted, and writes `tests/reference/model_*.csv` of this package. Run it in the directory of the repository.
+//! Runs two dozen columns, writes `examples/paper/calibration/*.csv`, fits the constants of the
+//! estimates to these, and prints what is to stand in `src/model/constants.rs` (`--fit` does only
+//! this). `--references` measures the forty scenes of `tests/model_for.rs` instead, to which
+//! nothing is fitted, and writes `tests/reference/model_*.csv` of this package. Run it in the
+//! directory of the repository.
 
 #[macro_use]
 extern crate paper;
@@ -23,7 +26,8 @@ struct Arguments {
     /// Fits the constants to the calibration files that are there
     #[arg(long, conflicts_with = "references")]
     fit: bool,
-    /// Measures the scenes of the test instead of those of the calibration: some five minutes as well
+    /// Measures the scenes of the test instead of those of the calibration: some five minutes as
+    /// well
     #[arg(long)]
     references: bool,
 }

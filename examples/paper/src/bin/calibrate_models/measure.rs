@@ -1,4 +1,5 @@
-//! The measurements that calibrate: columns against theory, plans against columns, small bases against wide ones.
+//! The measurements that calibrate: columns against theory, plans against columns, small bases
+//! against wide ones.
 
 use crate::reference::{Effort, Reference, mean};
 use gradient_mc::equation_of_state::{ModifiedKolafa, packing_fraction};
@@ -15,7 +16,8 @@ const LAYERED: usize = 8;
 /// Plans are tried with these numbers of sweeps, by as many replicas.
 const LADDER: [u64; 3] = [32, 128, 512];
 const REPLICAS: u64 = 8;
-/// Longer ones, of columns with no more spheres than this over that base, are compared with one another.
+/// Longer ones, of columns with no more spheres than this over that base, are compared with one
+/// another.
 const LONG_LADDER: [u64; 2] = [2048, 8192];
 const MOST_SPHERES: usize = 250;
 /// Side of the base of those plans, and their fewest spheres.
@@ -162,7 +164,8 @@ fn compare(
     Ok(())
 }
 
-/// Root mean square of the errors of profiles, and the standard deviation of single ones in units of it.
+/// Root mean square of the errors of profiles, and the standard deviation of single ones in units
+/// of it.
 fn scatter(accuracy: &Accuracy, scene: &Column, profiles: &[Vec<f64>], truth: &[f64]) -> [f64; 2] {
     let errors: Vec<f64> = profiles.iter().map(|profile| accuracy.error(scene, profile, truth)).collect();
     let count = errors.len() as f64;
@@ -173,8 +176,9 @@ fn scatter(accuracy: &Accuracy, scene: &Column, profiles: &[Vec<f64>], truth: &[
     [square.sqrt(), (variance / square).sqrt()]
 }
 
-/// Plans of either family: short ones against what is true, and long ones, which have forgotten the theory start, against the mean of all of them,
-/// so that what is true does not have to be known better than they know it.
+/// Plans of either family: short ones against what is true, and long ones, which have forgotten the
+/// theory start, against the mean of all of them, so that what is true does not have to be known
+/// better than they know it.
 fn try_plans(
     index: usize,
     scene: &Column,

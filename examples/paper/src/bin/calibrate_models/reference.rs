@@ -35,8 +35,8 @@ pub(crate) fn mean(profiles: &[Vec<f64>]) -> Vec<f64> {
 impl Reference {
     const FEWEST: usize = 8;
 
-    /// Event chains with tuned local moves in between, which settle dense and dilute columns alike, replica by replica until the
-    /// noise is small enough.
+    /// Event chains with tuned local moves in between, which settle dense and dilute columns alike,
+    /// replica by replica until the noise is small enough.
     pub(crate) fn measure(scene: &Column, effort: Effort) -> Result<Self, Failure> {
         let started = cpu_seconds();
         let particles = scene.particles();
@@ -68,7 +68,8 @@ impl Reference {
         Self { particles, sweeps, replicas, densities, errors, cpu_seconds }
     }
 
-    /// Total variation distance that the error bars amount to, as if they were Gaussian: ½ √(2/π) Σ σ / Σ n.
+    /// Total variation distance that the error bars amount to, as if they were Gaussian: ½ √(2/π) Σ
+    /// σ / Σ n.
     pub(crate) fn noise(&self) -> f64 {
         0.5 * std::f64::consts::FRAC_2_PI.sqrt() * self.errors.iter().sum::<f64>()
             / self.densities.iter().sum::<f64>()

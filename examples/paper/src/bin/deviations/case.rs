@@ -30,15 +30,16 @@ pub(crate) struct Case {
     pub(crate) slab: Slab,
     /// Between walls; modified Kolafa-Labík-Malijevský, and Speedy's solid where it freezes.
     pub(crate) theory: HydrostaticProfile,
-    /// Ranges of height in which the packing fraction changes by 0.05, or that are six diameters high, with enough spheres in each.
+    /// Ranges of height in which the packing fraction changes by 0.05, or that are six diameters
+    /// high, with enough spheres in each.
     pub(crate) groups: Vec<[f64; 2]>,
 }
 
 /// Panel, T₀, α, β.
 type Parameters = (&'static str, f64, f64, f64);
 
-/// The paper leaves crystals out of panel b, so the steepest field that freezes nothing is there, and beside it what is fluid
-/// in the one that does.
+/// The paper leaves crystals out of panel b, so the steepest field that freezes nothing is there,
+/// and beside it what is fluid in the one that does.
 const PARAMETERS: [Parameters; 4] =
     [("17a", 5.0, 0.0, 0.0), ("17b", 20.0, 0.05, 0.0), ("17b", 20.0, 0.1, 0.0), ("17c", 20.0, 0.0, 0.05)];
 
@@ -58,7 +59,8 @@ impl Case {
         Ok(case)
     }
 
-    /// From the lowest height that is neither layered nor frozen upwards, in steps of packing fraction or height.
+    /// From the lowest height that is neither layered nor frozen upwards, in steps of packing
+    /// fraction or height.
     fn divide(&self) -> Vec<[f64; 2]> {
         const STEP: f64 = 0.05;
         const MOST: f64 = 6.0;

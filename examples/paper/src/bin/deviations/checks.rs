@@ -10,7 +10,8 @@ use paper::verdict::Verdicts;
 pub(crate) const LINE: f64 = 0.02;
 /// Below this packing fraction few spheres are in a bin, and the paper's own σ is above the line.
 pub(crate) const FEW: f64 = 0.03;
-/// Below this one the top of a column moves by so much between runs of a few thousand sweeps that σ may be above the line.
+/// Below this one the top of a column moves by so much between runs of a few thousand sweeps that σ
+/// may be above the line.
 const SCATTERED: f64 = 0.25;
 /// Standard errors that a number may be off.
 const SIGMAS: f64 = 4.0;
@@ -65,7 +66,8 @@ fn local(outcome: &Outcome, verdicts: &mut Verdicts) {
     verdicts.at_most(panel, &claim, exact(groups::largest(errors)), LARGEST_ERROR);
 }
 
-/// Where the density is not local, what is missed is what theory says, within the factor that its lowest order leaves open.
+/// Where the density is not local, what is missed is what theory says, within the factor that its
+/// lowest order leaves open.
 fn beyond_local(outcome: &Outcome, verdicts: &mut Verdicts) {
     let Outcome { case, nonlocal, ours, .. } = outcome;
     for ((group, deviation), expected) in case.groups.iter().zip(&ours.modified_kolafa).zip(nonlocal) {
@@ -85,7 +87,8 @@ fn beyond_local(outcome: &Outcome, verdicts: &mut Verdicts) {
     }
 }
 
-/// δ and σ in bins of 0.1 d. In so short a run δ of a bin is counting noise: of the spheres in it, times d ln P/d ln n.
+/// δ and σ in bins of 0.1 d. In so short a run δ of a bin is counting noise: of the spheres in it,
+/// times d ln P/d ln n.
 fn papers_measures(case: &Case, ours: &Analysis, verdicts: &mut Verdicts) {
     let (panel, label) = (case.panel, case.label());
     let claim =

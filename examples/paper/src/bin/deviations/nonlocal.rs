@@ -1,9 +1,12 @@
-//! What a local equation of state must miss where the density changes within a diameter, to lowest order in the density.
+//! What a local equation of state must miss where the density changes within a diameter, to lowest
+//! order in the density.
 //!
-//! In an isothermal system at rest ln n + φ/T + ∫ n(x + r) d³r over the unit sphere of neighbors is constant to first order in n
-//! (second virial coefficient). Forces then hold up P/T = n − ∫ₓ n (w∗n)' dx' with w(s) = π(1 − s²), where a local equation has
-//! n + (2π/3) n². The difference has the sign of n'': negative below the surface of a column, positive in its tail. In a
-//! temperature gradient the same holds of the isothermal system that stands for the scene, with `P_iso`/T₀ = P/T.
+//! In an isothermal system at rest ln n + φ/T + ∫ n(x + r) d³r over the unit sphere of neighbors is
+//! constant to first order in n (second virial coefficient). Forces then hold up P/T = n − ∫ₓ n
+//! (w∗n)' dx' with w(s) = π(1 − s²), where a local equation has n + (2π/3) n². The difference has
+//! the sign of n'': negative below the surface of a column, positive in its tail. In a temperature
+//! gradient the same holds of the isothermal system that stands for the scene, with `P_iso`/T₀ =
+//! P/T.
 
 use super::case::Case;
 use gradient_mc::equation_of_state::{EquationOfState, FluidSolid, packing_fraction};

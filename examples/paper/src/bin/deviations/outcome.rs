@@ -39,14 +39,16 @@ impl Analysis {
         largest(deviations.iter().map(|deviation| deviation.deviation_from(0.0).abs()))
     }
 
-    /// Part of the paper's bins with packing fractions above `least` where a measure stays below `line`.
+    /// Part of the paper's bins with packing fractions above `least` where a measure stays below
+    /// `line`.
     pub(crate) fn part_below(&self, line: f64, least: f64, measure: impl Fn(&PaperPoint) -> f64) -> f64 {
         let bins = || self.points.iter().filter(|point| point.packing_fraction > least);
         let below = bins().filter(|point| measure(point) < line).count();
         below as f64 / bins().count() as f64
     }
 
-    /// Number of the paper's bins where δ is above `line` by more than so many of its standard errors.
+    /// Number of the paper's bins where δ is above `line` by more than so many of its standard
+    /// errors.
     pub(crate) fn significantly_above(&self, line: f64, standard_errors: f64) -> usize {
         let above = |point: &&PaperPoint| point.deviation - line > standard_errors * point.deviation_error;
         self.points.iter().filter(above).count()
@@ -59,7 +61,8 @@ impl Analysis {
         values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
     }
 
-    /// Mean over the groups whose middles lie below `highest`; as if all their errors were one, since they move together.
+    /// Mean over the groups whose middles lie below `highest`; as if all their errors were one,
+    /// since they move together.
     pub(crate) fn mean_below(case: &Case, deviations: &[Estimate], highest: f64) -> Estimate {
         let inside = case.groups.iter().zip(deviations);
         let inside: Vec<&Estimate> = inside

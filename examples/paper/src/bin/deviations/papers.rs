@@ -14,7 +14,8 @@ pub(crate) struct PaperPoint {
     pub(crate) packing_fraction: f64,
     /// δ, eq. (33): |P − P(CS)|/P(CS) of the mean pressure of the runs.
     pub(crate) deviation: f64,
-    /// Standard error of P/P(CS) by the jackknife over all runs: most of it is counting noise of the density in the bin.
+    /// Standard error of P/P(CS) by the jackknife over all runs: most of it is counting noise of
+    /// the density in the bin.
     pub(crate) deviation_error: f64,
     /// σ, eq. (32): the mean of |Pᵢ − P| over the runs, over P.
     pub(crate) scatter: f64,

@@ -20,10 +20,12 @@ pub(crate) const BIN: f64 = 0.1;
 /// How a run is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Plan {
-    /// One replica: event chains with tuned moves between them; in a temperature gradient the field is iterated, then frozen.
+    /// One replica: event chains with tuned moves between them; in a temperature gradient the field
+    /// is iterated, then frozen.
     Ours { number: u64, equilibration: u64, sweeps: u64 },
-    /// The paper's field, which follows every configuration, and its small moves, over a smaller base with wider bins of the field
-    /// that make as much counting noise, from a start that jumps have brought to its steady state; five intervals.
+    /// The paper's field, which follows every configuration, and its small moves, over a smaller
+    /// base with wider bins of the field that make as much counting noise, from a start that
+    /// jumps have brought to its steady state; five intervals.
     Field { side: Side, jumps: u64, equilibration: u64, sweeps: u64 },
     /// The paper's protocol: from a uniform gas of n = 0.1, small moves only; five intervals.
     Protocol { equilibration: u64, sweeps: u64 },
@@ -44,8 +46,9 @@ pub(crate) struct Measured {
     pub(crate) warnings: Vec<Warning>,
 }
 
-/// Base and bins of the field of [`Plan::Field`]. What counts is (part of a move outside the bin where it starts)/(A Δx): 0.0141 here,
-/// 0.0144 over the paper's 25 x 25 with bins of 0.1, with S = 0.75 in both (`docs/seven_per_cent.md`).
+/// Base and bins of the field of [`Plan::Field`]. What counts is (part of a move outside the bin
+/// where it starts)/(A Δx): 0.0141 here, 0.0144 over the paper's 25 x 25 with bins of 0.1, with S =
+/// 0.75 in both (`docs/seven_per_cent.md`).
 pub(crate) const NOISY_WIDTH: f64 = 10.5;
 const NOISY_BIN: f64 = 0.4;
 
@@ -133,7 +136,8 @@ impl Run {
         })
     }
 
-    /// Chains in the theory's field, then jumps in the paper's: small moves would take a hundred thousand sweeps.
+    /// Chains in the theory's field, then jumps in the paper's: small moves would take a hundred
+    /// thousand sweeps.
     fn near_the_steady_state(
         &self,
         scene: &Scene<ExponentialField, ExponentialTemperature>,

@@ -45,10 +45,12 @@ pub(crate) struct Column {
     pub(crate) busy: f64,
 }
 
-/// The base, measured in branches by small local moves that leave the steady state of the column's own moves at equal distances.
+/// The base, measured in branches by small local moves that leave the steady state of the column's
+/// own moves at equal distances.
 ///
-/// Small displacements renew the structure of a layer soonest, but hardly move the column as a whole, on whose height the base
-/// depends: in one long run of them the base would keep the height that it began with, and its error bars would not tell.
+/// Small displacements renew the structure of a layer soonest, but hardly move the column as a
+/// whole, on whose height the base depends: in one long run of them the base would keep the height
+/// that it began with, and its error bars would not tell.
 pub(crate) struct Layers {
     pub(crate) base: Every<DensityProfile>,
     pub(crate) fine: Every<DensityProfile>,

@@ -307,9 +307,10 @@ fn slopes(states: &[State<'_>], report: &mut Report) {
 
 /// The paper's own moves come to the same plateau, and when.
 ///
-/// A run of one column holds few independent heights, too few for an error bar of its own: the plateau, over the last third of the
-/// sweeps, is compared in units of the standard deviation of `h_c` in equilibrium, which the response gives exactly. The mean of a third
-/// scatters by about half of that.
+/// A run of one column holds few independent heights, too few for an error bar of its own: the
+/// plateau, over the last third of the sweeps, is compared in units of the standard deviation of
+/// `h_c` in equilibrium, which the response gives exactly. The mean of a third scatters by about
+/// half of that.
 fn paper_moves(states: &[State<'_>], falling: &[&Column], report: &mut Report) {
     for column in falling {
         let temperature = column.task.temperature;

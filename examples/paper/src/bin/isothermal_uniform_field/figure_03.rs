@@ -1,4 +1,5 @@
-//! Figure 3: the density profile of the whole column, with theory; on a logarithmic scale, with the ideal gas.
+//! Figure 3: the density profile of the whole column, with theory; on a logarithmic scale, with the
+//! ideal gas.
 
 use super::protocol::{DRAWN, HEIGHT};
 use super::state::State;
@@ -15,8 +16,9 @@ pub(crate) const BULK_BEGINS: f64 = 8.0;
 const DILUTE: f64 = 0.01;
 /// Below this packing fraction an ideal gas is within one per cent.
 const IDEAL: f64 = 0.001;
-/// Down to this packing fraction the paper's eq. (27) is judged, as its figure 3a can show it. It knows no wall, so its columns are
-/// 0.15 to 0.25 d too low, which at T₀ = 5 is 3 % of n in the dilute top.
+/// Down to this packing fraction the paper's eq. (27) is judged, as its figure 3a can show it. It
+/// knows no wall, so its columns are 0.15 to 0.25 d too low, which at T₀ = 5 is 3 % of n in the
+/// dilute top.
 const DENSE: f64 = 0.1;
 /// Ranges of heights with equally many spheres in which densities are compared.
 const GROUPS: usize = 12;
@@ -192,7 +194,8 @@ pub(crate) fn height_of(state: &State<'_>, packing_fraction: f64) -> f64 {
     height
 }
 
-/// The ideal gas at the top, and that it begins with the chemical potential, not with the density of the base.
+/// The ideal gas at the top, and that it begins with the chemical potential, not with the density
+/// of the base.
 fn top(state: &State<'_>, report: &mut Report) -> Result<(), Failure> {
     let temperature = state.temperature;
     let low = height_of(state, IDEAL);

@@ -13,7 +13,8 @@ use paper::{Failure, Report};
 
 /// The temperature at which the paper counts five layers, and of which it shows g(r).
 const DENSEST: f64 = 5.0;
-/// The temperature at which layers are counted against White Bear II; hotter columns have few, at the limit of what is clear.
+/// The temperature at which layers are counted against White Bear II; hotter columns have few, at
+/// the limit of what is clear.
 const COUNTED: f64 = 15.0;
 /// Beyond this distance a liquid has forgotten the sphere at the middle.
 const FAR: f64 = 4.0;
@@ -110,7 +111,8 @@ fn claims(states: &[State<'_>], densest: f64, radial: &[RadialDistributionPoint]
         let claim =
             format!("clear layers at T = {temperature}: set apart by minima of visibility {}", Layer::CLEAR);
         if temperature == DENSEST {
-            // The paper's eye sees five; the simulation's sixth is just above this visibility, the functional's just below.
+            // The paper's eye sees five; the simulation's sixth is just above this visibility, the
+            // functional's just below.
             verdicts.between("4", &format!("{claim}; the paper sees five"), count(state), 5.0, 6.0);
         } else if temperature > COUNTED {
             // Fewer than in the column before, which is colder.

@@ -104,8 +104,8 @@ fn against_packing(measured: &[Mobility<'_>]) -> Panel {
     panel
 }
 
-/// Mean length of accepted displacements where no sphere is in the way: over the cube of trials, each with its acceptance
-/// min(1, exp(−Δx/T)).
+/// Mean length of accepted displacements where no sphere is in the way: over the cube of trials,
+/// each with its acceptance min(1, exp(−Δx/T)).
 fn dilute(temperature: f64) -> f64 {
     const POINTS: u32 = 60;
     let along = || {
@@ -181,7 +181,8 @@ fn claims(measured: &[Mobility<'_>], report: &mut Report) {
     }
 }
 
-/// How far the two lie from one curve of the packing fraction: over groups of 0.02, outside the layers.
+/// How far the two lie from one curve of the packing fraction: over groups of 0.02, outside the
+/// layers.
 fn one_curve(first: &Mobility<'_>, second: &Mobility<'_>) -> Estimate {
     let mut differences = Vec::new();
     for group in 1..25 {

@@ -1,4 +1,5 @@
-//! The layers at the base, which the paper leaves out: against density functional theory and the contact theorem.
+//! The layers at the base, which the paper leaves out: against density functional theory and the
+//! contact theorem.
 
 use super::layers::{Layer, of_theory};
 use super::protocol::DRAWN;
@@ -16,7 +17,8 @@ use paper::{Failure, Report};
 const HIGHEST: f64 = 8.0;
 /// White Bear II at T₀ = 15 and above: what it may be off in a bin of 0.1, as a fraction of n.
 const FUNCTIONAL: f64 = 0.03;
-/// Up to this temperature places and heights of layers are compared; those of hotter columns are low and broad.
+/// Up to this temperature places and heights of layers are compared; those of hotter columns are
+/// low and broad.
 const COMPARED: f64 = 15.0;
 /// Of the functionals, in their order.
 const COLORS: [paper::figure::RGBColor; 5] =
@@ -247,9 +249,10 @@ fn two_routes(state: &State<'_>, report: &mut Report) {
 
 /// Profile and peaks against White Bear II.
 ///
-/// At T₀ = 15 (packing fraction 0.32) it is good to some per cent. At T₀ = 5 (0.45) the simulation has sharper layers, the second 0.04 d
-/// lower: an independent program agrees with the simulation (`docs/results/uniform_field.md`), and molecular dynamics found
-/// significant deviations of functionals of this kind at high densities (doi:10.5488/CMP.19.23001).
+/// At T₀ = 15 (packing fraction 0.32) it is good to some per cent. At T₀ = 5 (0.45) the simulation
+/// has sharper layers, the second 0.04 d lower: an independent program agrees with the simulation
+/// (`docs/results/uniform_field.md`), and molecular dynamics found significant deviations of
+/// functionals of this kind at high densities (doi:10.5488/CMP.19.23001).
 fn against_functional(state: &State<'_>, report: &mut Report) {
     let (temperature, verdicts) = (state.temperature, &mut report.verdicts);
     let white_bear = state.theory.white_bear();

@@ -26,8 +26,8 @@ pub(crate) struct Layer {
     /// Where n(x) is largest and how large it is, by a cubic for ln n over narrow bins.
     pub(crate) position: Estimate,
     pub(crate) height: Estimate,
-    /// The same as bins of 0.1 tell it, for comparison with what is known in such bins only: vertex of a parabola through
-    /// three bins, and the mean of the highest.
+    /// The same as bins of 0.1 tell it, for comparison with what is known in such bins only: vertex
+    /// of a parabola through three bins, and the mean of the highest.
     pub(crate) binned_position: Estimate,
     pub(crate) binned_height: Estimate,
 }
@@ -81,7 +81,8 @@ fn highest(bins: &[(f64, Estimate)], [low, high]: [f64; 2]) -> Option<usize> {
     inside.max_by(|&first, &second| bins[first].1.mean.total_cmp(&bins[second].1.mean))
 }
 
-/// The same of a theory that is given in bins of 0.1: clear layers, then positions and heights of the second and the third.
+/// The same of a theory that is given in bins of 0.1: clear layers, then positions and heights of
+/// the second and the third.
 pub(crate) fn of_theory(bins: &[(f64, f64)]) -> (usize, Vec<(f64, f64)>) {
     let means: Vec<f64> = bins.iter().map(|&(_, density)| density).collect();
     let extremes = extremes(&means);
@@ -116,7 +117,8 @@ fn extremes(means: &[f64]) -> Vec<Extremes> {
     found
 }
 
-/// n(0.5⁺) from the bins in which n falls to about a sixth. A polynomial of one degree less changes it by less than its error.
+/// n(0.5⁺) from the bins in which n falls to about a sixth. A polynomial of one degree less changes
+/// it by less than its error.
 fn contact_density(fine: &[f64]) -> f64 {
     const LOWEST: f64 = FINE_RANGE[0];
     let first: f64 = fine.iter().take(10).sum::<f64>() / 10.0;

@@ -11,9 +11,11 @@ pub(crate) struct LogPolynomial {
 }
 
 impl LogPolynomial {
-    /// Least squares over bins of one width, given as middles and mean densities, each with the weight of its count.
+    /// Least squares over bins of one width, given as middles and mean densities, each with the
+    /// weight of its count.
     ///
-    /// What is known of a bin is its mean, not n at its middle: the difference, δ²n″/24, is taken from a first fit.
+    /// What is known of a bin is its mean, not n at its middle: the difference, δ²n″/24, is taken
+    /// from a first fit.
     pub(crate) fn fit(bins: &[(f64, f64)], bin_width: f64, degree: usize) -> Option<Self> {
         let ((low, _), (high, _)) = (bins.first()?, bins.last()?);
         let middle = f64::midpoint(*low, *high);

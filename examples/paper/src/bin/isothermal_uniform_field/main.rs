@@ -1,5 +1,6 @@
-//! Figures 2 to 6 of Mehrotra, Puri and Khakhar (doi:10.1103/PhysRevE.83.061306): an isothermal column in a uniform field, 40
-//! spheres per area of the base, in a box 400 high, at T₀ = 5, 15, 20 and 30.
+//! Figures 2 to 6 of Mehrotra, Puri and Khakhar (doi:10.1103/PhysRevE.83.061306): an isothermal
+//! column in a uniform field, 40 spheres per area of the base, in a box 400 high, at T₀ = 5, 15, 20
+//! and 30.
 //!
 //! | figure | content |
 //! |---|---|
@@ -10,8 +11,9 @@
 //! | 6 | equation of state |
 //! | layered base | what the paper leaves out: against density functional theory and the contact theorem |
 //!
-//! Columns of two bases come to their steady state from far above and from far below. Each figure is a CSV file, a PNG and an SVG,
-//! and makes claims that the data decide: the exit code is 1 if one fails.
+//! Columns of two bases come to their steady state from far above and from far below. Each figure
+//! is a CSV file, a PNG and an SVG, and makes claims that the data decide: the exit code is 1 if
+//! one fails.
 
 // Temperatures and widths are labels here: copied, never computed.
 #![allow(clippy::float_cmp)]

@@ -6,11 +6,12 @@ use paper::study::count;
 use paper::{Failure, Session, Side};
 use std::fmt;
 
-/// Figures 2 to 6 of doi:10.1103/PhysRevE.83.061306: an isothermal column in a uniform field, and the layers at its base.
+/// Figures 2 to 6 of doi:10.1103/PhysRevE.83.061306: an isothermal column in a uniform field, and
+/// the layers at its base.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Arguments {
-    /// The full protocol of the paper: base of 25 x 25, its moves, uniform start, 500000 sweeps, then 500000 that are measured
-    /// (hours)
+    /// The full protocol of the paper: base of 25 x 25, its moves, uniform start, 500000 sweeps,
+    /// then 500000 that are measured (hours)
     #[arg(long)]
     pub(crate) paper: bool,
 
@@ -64,7 +65,8 @@ pub(crate) const DRAWN: [f64; 3] = [5.0, 15.0, 30.0];
 pub(crate) enum Family {
     /// The paper's: displacements up to 0.75 along each axis.
     Paper,
-    /// Displacements whose sizes are tuned, jumps among them: the fastest where the base is not dense.
+    /// Displacements whose sizes are tuned, jumps among them: the fastest where the base is not
+    /// dense.
     Tuned,
     /// Event chains with those in between.
     Chains,
@@ -79,7 +81,8 @@ impl Family {
         })
     }
 
-    /// Cost of a sweep per sphere, in units of one of the paper's trials; for the progress bar alone.
+    /// Cost of a sweep per sphere, in units of one of the paper's trials; for the progress bar
+    /// alone.
     fn cost(self) -> u64 {
         if self == Self::Chains { 6 } else { 1 }
     }
@@ -99,14 +102,16 @@ pub(crate) struct Task {
     pub(crate) temperature: f64,
     /// Side of the square base, in diameters.
     pub(crate) width: f64,
-    /// From above: random insertion at n = 0.1, as in the paper, with the center of mass at 200; or from a crystal below 20.
+    /// From above: random insertion at n = 0.1, as in the paper, with the center of mass at 200; or
+    /// from a crystal below 20.
     pub(crate) side: Side,
     pub(crate) family: Family,
     pub(crate) equilibration: u64,
     pub(crate) production: u64,
     /// Sweeps between two looks at the configuration.
     pub(crate) interval: u64,
-    /// Sweeps of small local moves, from the steady state, in which the layers at the base are measured.
+    /// Sweeps of small local moves, from the steady state, in which the layers at the base are
+    /// measured.
     pub(crate) layers: u64,
     /// Sweeps of the paper's moves, from the steady state, in which displacements are recorded.
     pub(crate) mobility: u64,
@@ -149,7 +154,8 @@ impl Task {
 pub(crate) struct Protocol {
     /// Columns that are brought to their steady state and measured.
     pub(crate) steady: Vec<Task>,
-    /// Columns that fall by the paper's moves, for figure 2. With the paper's protocol the steady ones show that.
+    /// Columns that fall by the paper's moves, for figure 2. With the paper's protocol the steady
+    /// ones show that.
     pub(crate) falling: Vec<Task>,
 }
 

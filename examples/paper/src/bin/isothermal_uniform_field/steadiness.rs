@@ -2,11 +2,12 @@
 
 use gradient_mc::observers::CenterOfMass;
 
-/// The sweep from which on a center of mass is steady, by the marginal standard error rule: where cutting makes
-/// Σ(x − x̄)²/n² of the rest least (White, doi:10.1177/003754979706900601). None if that is in the second half.
+/// The sweep from which on a center of mass is steady, by the marginal standard error rule: where
+/// cutting makes Σ(x − x̄)²/n² of the rest least (White, doi:10.1177/003754979706900601). None if
+/// that is in the second half.
 ///
-/// `statistics::equilibration` asks for a rest of fifty correlation times, which the shortest of these columns do not have: it would
-/// refuse them. This rule needs no correlation time.
+/// `statistics::equilibration` asks for a rest of fifty correlation times, which the shortest of
+/// these columns do not have: it would refuse them. This rule needs no correlation time.
 pub(crate) fn steady_from(series: &CenterOfMass) -> Option<u64> {
     let heights = series.heights();
     let (mut sum, mut squares, mut count) = (0.0, 0.0, 0.0);

@@ -12,7 +12,8 @@ use paper::functionals::{self, Named, base_bins};
 /// Theory of one temperature.
 #[derive(Debug, Clone)]
 pub(crate) struct Theory {
-    /// Hydrostatics between walls with the modified Kolafa-Labík-Malijevský equation: the best for the bulk.
+    /// Hydrostatics between walls with the modified Kolafa-Labík-Malijevský equation: the best for
+    /// the bulk.
     pub(crate) kolafa: HydrostaticProfile,
     /// The same with Carnahan-Starling.
     pub(crate) carnahan_starling: HydrostaticProfile,
@@ -77,14 +78,15 @@ impl Theory {
         &self.functionals[functionals::WHITE_BEAR_2]
     }
 
-    /// What White Bear II would say if it were made of the better equation of state, as far as the local theory tells
-    /// the difference.
+    /// What White Bear II would say if it were made of the better equation of state, as far as the
+    /// local theory tells the difference.
     pub(crate) fn corrected_white_bear(&self) -> f64 {
         self.white_bear().center_of_mass + self.kolafa.center_of_mass()
             - self.carnahan_starling.center_of_mass()
     }
 
-    /// The ideal gas of the same chemical potential, n₀ exp(−x/T): what the column becomes at its dilute top.
+    /// The ideal gas of the same chemical potential, n₀ exp(−x/T): what the column becomes at its
+    /// dilute top.
     pub(crate) fn ideal_gas(&self, temperature: f64, height: f64) -> f64 {
         // There, interactions change the density by less than a part in a thousand.
         let far = self.kolafa.height_of_fraction(1.0 - 1e-8).min(HEIGHT - 5.0);
@@ -101,8 +103,8 @@ pub(crate) fn between_walls(
     Ok(theory.between_walls(&Slab::new(HEIGHT, 25.0, 25.0)?, COLUMN_DENSITY)?)
 }
 
-/// How well the theory between walls knows the center of mass: the largest difference from White Bear II, when both are made of
-/// the same equation of state.
+/// How well the theory between walls knows the center of mass: the largest difference from White
+/// Bear II, when both are made of the same equation of state.
 pub(crate) fn accuracy() -> Result<f64, Failure> {
     let mut largest = 0.0;
     let functionals = functionals::all();

@@ -1,4 +1,5 @@
-//! One column at T = 20 in a field exp(αx): from the random start to its steady state, and what it does there.
+//! One column at T = 20 in a field exp(αx): from the random start to its steady state, and what it
+//! does there.
 
 use super::protocol::{Base, Protocol, Stage};
 use gradient_mc::equation_of_state::EquationOfState;
@@ -87,13 +88,15 @@ impl Column {
         })
     }
 
-    /// How far the paper's moves get in a sweep, by height, from a steady state that other moves have reached.
+    /// How far the paper's moves get in a sweep, by height, from a steady state that other moves
+    /// have reached.
     pub(crate) fn mobility(
         &self,
         positions: &[Vector3<f64>],
         seed: u64,
     ) -> Result<DisplacementProfile, Failure> {
-        /// Sweeps for the structure around a sphere to become that of these moves' own run, and of the measurement.
+        /// Sweeps for the structure around a sphere to become that of these moves' own run, and of
+        /// the measurement.
         const SWEEPS: [u64; 2] = [200, 3200];
         const INTERVAL: u64 = 20;
         let scene = self.scene()?;
@@ -123,11 +126,12 @@ pub(crate) fn pooled<'a>(
     Ok(sum)
 }
 
-/// What is left of the series of all runs after `equilibration` sweeps, and after what the data then still show of
-/// it; and where that begins, unless a series is too short to tell.
+/// What is left of the series of all runs after `equilibration` sweeps, and after what the data
+/// then still show of it; and where that begins, unless a series is too short to tell.
 ///
-/// The fall from the random start is cut off first. It is so high that it hides everything else, and since it decays
-/// as slowly as the column forgets, a rule that maximizes the number of independent heights takes it for one of many fluctuations.
+/// The fall from the random start is cut off first. It is so high that it hides everything else,
+/// and since it decays as slowly as the column forgets, a rule that maximizes the number of
+/// independent heights takes it for one of many fluctuations.
 pub(crate) fn plateau(runs: &[Run], equilibration: u64) -> Result<(CenterOfMass, Vec<Option<u64>>), Error> {
     let mut sum = CenterOfMass::new();
     let mut beginnings = Vec::new();

@@ -46,7 +46,8 @@ pub(crate) struct Crystal {
     pub(crate) angles: Vec<(f64, NeighborAngles)>,
     pub(crate) mobility: DisplacementProfile,
     pub(crate) positions: Vec<Vector3<f64>>,
-    /// Warnings about the measurement; that the fluid's theory does not hold in a crystal is said too.
+    /// Warnings about the measurement; that the fluid's theory does not hold in a crystal is said
+    /// too.
     pub(crate) warnings: Vec<Warning>,
     pub(crate) growth_sweeps: u64,
     pub(crate) sweeps: u64,
@@ -59,8 +60,8 @@ const FINE_BIN: f64 = 0.05;
 pub(crate) const TOP: f64 = 44.5;
 /// Layers are looked for down to this visibility of n(x).
 const LEAST_VISIBILITY: f64 = 0.05;
-/// Layers of at least this visibility count as crystalline: between minima half as dense as the peaks and the layers that
-/// a fluid has at a wall there is room.
+/// Layers of at least this visibility count as crystalline: between minima half as dense as the
+/// peaks and the layers that a fluid has at a wall there is room.
 pub(crate) const CRYSTALLINE: f64 = 0.7;
 /// Heights near which angles are measured, in the layer that is nearest.
 const ANGLES_NEAR: [f64; 4] = [0.5, 9.0, 18.0, 32.0];

@@ -50,7 +50,8 @@ fn mean_densities(states: &[BinState], ranges: &[[f64; 2]]) -> Vec<f64> {
     means_over(states, ranges, |state| state.number_density)
 }
 
-/// The ideal gas that the theory ends in: its prefactor is the activity, not the density at the base.
+/// The ideal gas that the theory ends in: its prefactor is the activity, not the density at the
+/// base.
 pub(crate) fn ideal_gas(fluid: &Fluid) -> Result<impl Fn(f64) -> f64 + use<>, Failure> {
     let field = ExponentialField::new(fluid.column.rate)?;
     let dilute = fluid.theory.height_of_fraction(1.0 - 1e-8);

@@ -15,8 +15,8 @@ impl Crossing {
     }
 }
 
-/// The height at which the values, which are high below, fall below a level for the first time on the way up; on a
-/// straight line between the neighbors. NaN if they never do, or never were above.
+/// The height at which the values, which are high below, fall below a level for the first time on
+/// the way up; on a straight line between the neighbors. NaN if they never do, or never were above.
 pub(crate) fn falls_below(values: &[Crossing], level: f64) -> Estimate {
     let known: Vec<Crossing> = values.iter().filter(|point| point.value.mean.is_finite()).copied().collect();
     let high = known.iter().position(|point| point.value.mean >= level);
@@ -25,8 +25,8 @@ pub(crate) fn falls_below(values: &[Crossing], level: f64) -> Estimate {
     pair.map_or(Estimate::new(f64::NAN, f64::NAN), |pair| between(pair[0], pair[1], level))
 }
 
-/// The height at which the values, low below and high above, are half way between their mean three to six diameters
-/// below `front` and that one to three above.
+/// The height at which the values, low below and high above, are half way between their mean three
+/// to six diameters below `front` and that one to three above.
 pub(crate) fn midway_rise(values: &[Crossing], front: f64) -> Estimate {
     let mean = |low: f64, high: f64| {
         let inside = values.iter().filter(|point| (low..high).contains(&(point.height - front)));

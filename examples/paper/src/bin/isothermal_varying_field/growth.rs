@@ -1,4 +1,5 @@
-//! The crystal: how it grows, what it is made of, where it ends, and what the base has to do with it.
+//! The crystal: how it grows, what it is made of, where it ends, and what the base has to do with
+//! it.
 
 use super::column::Column;
 use super::crystal::Crystal;
@@ -168,8 +169,8 @@ pub(crate) fn table(results: &Results) -> Result<Table, Failure> {
 /// Half way up the crystal of theory neighbors are about as far apart.
 const REFERENCE_CONSTANT: f64 = 1.08;
 
-/// How much wider the layers are than those of an unstrained crystal at the pressure of theory, at the second layer, half
-/// way up and two diameters below the front.
+/// How much wider the layers are than those of an unstrained crystal at the pressure of theory, at
+/// the second layer, half way up and two diameters below the front.
 fn lateral_strains(crystal: &Crystal) -> Result<[f64; 3], Failure> {
     let theory = frozen_theory(Column { rate: Protocol::CRYSTAL_RATE, base: crystal.base })?;
     let layers = crystal.crystalline_layers()?;
@@ -199,7 +200,8 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
     let difference = |first: Estimate, second: Estimate| first.minus_independent(second);
     let off = difference(fronts.layers, fronts.bonds);
     verdicts.between("crystal", "front by layers minus front by bonds, in d", off, -1.5, 1.5);
-    // Hydrostatics knows nothing of a crystal that is strained sideways; the weight that lies on the front does.
+    // Hydrostatics knows nothing of a crystal that is strained sideways; the weight that lies on the
+    // front does.
     let off = difference(fronts.bonds, fronts.pressure);
     let claim = "front by bonds minus height at which the measured P/T is that of coexistence, in d";
     verdicts.between("crystal", claim, off, -1.5, 1.5);

@@ -7,7 +7,8 @@ use super::protocol::Base;
 pub(crate) struct Fit {
     /// Spheres of a layer.
     pub(crate) spheres: u32,
-    /// Strains along y and z and of the angle between them that lay an unstrained layer on the base.
+    /// Strains along y and z and of the angle between them that lay an unstrained layer on the
+    /// base.
     pub(crate) strain: [f64; 3],
 }
 
@@ -29,7 +30,8 @@ impl Fit {
     }
 }
 
-/// The layer with `lattice_constant`, turned as it likes, that has to be strained least to fill the base.
+/// The layer with `lattice_constant`, turned as it likes, that has to be strained least to fill the
+/// base.
 pub(crate) fn best_fit(base: Base, lattice_constant: f64) -> Option<Fit> {
     /// Periods that are longer or shorter than the side by more than this are not looked at.
     const LARGEST_STRAIN: f64 = 0.12;
@@ -71,7 +73,8 @@ pub(crate) fn best_fit(base: Base, lattice_constant: f64) -> Option<Fit> {
     best
 }
 
-/// Distance of neighbors in a face-centered or hexagonal close-packed crystal of this number density.
+/// Distance of neighbors in a face-centered or hexagonal close-packed crystal of this number
+/// density.
 pub(crate) fn lattice_constant(number_density: f64) -> f64 {
     libm::cbrt(std::f64::consts::SQRT_2 / number_density)
 }

@@ -27,7 +27,8 @@ pub(crate) fn mean_spacing(layers: &[Layer]) -> Estimate {
     Estimate::new((last.mean - first.mean) / gaps, error)
 }
 
-/// The spacing that theory has at a height, of a crystal free to choose how dense its layers are sideways.
+/// The spacing that theory has at a height, of a crystal free to choose how dense its layers are
+/// sideways.
 pub(crate) fn theory_spacing(theory: &HydrostaticProfile, height: f64) -> f64 {
     let density = theory.number_density(height);
     lateral_density(lattice_constant(density)) / density

@@ -1,10 +1,12 @@
-//! Figures 7 to 13 of Mehrotra, Puri and Khakhar (doi:10.1103/PhysRevE.83.061306): an isothermal column, T = 20, in a field
-//! that grows with height, a = exp(αx), for α = 0.0025, 0.02, 0.05 and 0.1; 40 spheres per area of the base, box 400 high.
-//! At α = 0.1 it freezes; the crystal is grown from the fluid.
+//! Figures 7 to 13 of Mehrotra, Puri and Khakhar (doi:10.1103/PhysRevE.83.061306): an isothermal
+//! column, T = 20, in a field that grows with height, a = exp(αx), for α = 0.0025, 0.02, 0.05 and
+//! 0.1; 40 spheres per area of the base, box 400 high. At α = 0.1 it freezes; the crystal is grown
+//! from the fluid.
 //!
-//! The paper's own moves need 10⁵ sweeps and more to come to rest. Here they are used where the paper shows what they do (figures
-//! 7 and 12); everything else is measured in the steady state that tuned moves and event chains reach in some hundred sweeps, from the same
-//! random start. `--paper` does all of it as the paper did.
+//! The paper's own moves need 10⁵ sweeps and more to come to rest. Here they are used where the
+//! paper shows what they do (figures 7 and 12); everything else is measured in the steady state
+//! that tuned moves and event chains reach in some hundred sweeps, from the same random start.
+//! `--paper` does all of it as the paper did.
 
 #[macro_use]
 extern crate paper;

@@ -103,7 +103,8 @@ pub(crate) fn draw(results: &Results, report: &mut Report) -> Result<(), Failure
 pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Failure> {
     let crystal = results.shown()?;
     let layers = lowest_layers(crystal, 2)?;
-    // The hollow between three touching or nearly touching spheres is a/√3 from each, a from the density of the layer.
+    // The hollow between three touching or nearly touching spheres is a/√3 from each, a from the
+    // density of the layer.
     let area = crystal.base.0[0] * crystal.base.0[1] / layers[0].len() as f64;
     let constant = (2.0 * area / 3.0_f64.sqrt()).sqrt();
     let distances = layers[1].iter().map(|&place| nearest(place, &layers[0], crystal.base.0));

@@ -8,15 +8,16 @@ use paper::{Failure, Session};
 use std::fmt;
 use std::str::FromStr;
 
-/// Figures 7 to 13 of doi:10.1103/PhysRevE.83.061306: T = 20 in a field exp(αx), with the crystal at α = 0.1.
+/// Figures 7 to 13 of doi:10.1103/PhysRevE.83.061306: T = 20 in a field exp(αx), with the crystal
+/// at α = 0.1.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Arguments {
     /// What is simulated
     #[arg(long, value_enum, default_value_t = Part::All)]
     pub(crate) part: Part,
 
-    /// The full protocol of the paper: base 25 x 25, local moves, uniform start, 500000 sweeps, then five
-    /// intervals of 100000 (hours)
+    /// The full protocol of the paper: base 25 x 25, local moves, uniform start, 500000 sweeps,
+    /// then five intervals of 100000 (hours)
     #[arg(long)]
     pub(crate) paper: bool,
 
@@ -24,7 +25,8 @@ pub(crate) struct Arguments {
     #[arg(long)]
     pub(crate) width: Option<f64>,
 
-    /// Base of a crystal, as 8.6x9.4; may be given several times [default: 8.64x9.353; with --paper: 25x25]
+    /// Base of a crystal, as 8.6x9.4; may be given several times [default: 8.64x9.353; with
+    /// --paper: 25x25]
     #[arg(long)]
     pub(crate) base: Vec<Base>,
 
@@ -65,9 +67,11 @@ impl Part {
 /// How a crystal is grown from the random start.
 #[derive(ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Growth {
-    /// By the paper's moves, S = 0.25: the gas settles so slowly that the crystal grows while it does
+    /// By the paper's moves, S = 0.25: the gas settles so slowly that the crystal grows while it
+    /// does
     Settling,
-    /// By short event chains with tuned moves in between: the gas falls at once, and what has fallen crystallizes
+    /// By short event chains with tuned moves in between: the gas falls at once, and what has
+    /// fallen crystallizes
     Chains,
     /// The same while α rises from 0.055, where all is fluid, to 0.1 over two thirds of the sweeps
     Rising,
@@ -252,8 +256,9 @@ impl Protocol {
         Stage { moves, equilibration, intervals: vec![measured], interval }
     }
 
-    /// Moves by which a dense crystal grows and is measured: chains of a few diameters, as many sideways as upwards.
-    /// Long ones move the column as a whole, which a crystal has no need of.
+    /// Moves by which a dense crystal grows and is measured: chains of a few diameters, as many
+    /// sideways as upwards. Long ones move the column as a whole, which a crystal has no need
+    /// of.
     pub(crate) fn crystal_moves() -> Result<Moves, Failure> {
         let chains = EventChains::with_length(5.0)?.vertical_fraction(0.5)?;
         Ok(chains.local_moves(Some(LocalMoves::tuned())).into())

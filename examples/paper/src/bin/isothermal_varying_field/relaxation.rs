@@ -117,8 +117,8 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) {
     for fluid in &results.fluids {
         let theory = fluid.theory.center_of_mass();
         let off = fluid.plateau - theory;
-        // The theory shifts the whole column by what the layers at the wall hold; between the layers and the curvature of the
-        // field it is as good as some hundredths of a diameter.
+        // The theory shifts the whole column by what the layers at the wall hold; between the layers and
+        // the curvature of the field it is as good as some hundredths of a diameter.
         let claim = format!("{}: h_c at rest minus theory ({theory:.3}), in d", fluid.label());
         verdicts.between("7 inset", &claim, off, -0.1, 0.1);
         let largest = 0.05;

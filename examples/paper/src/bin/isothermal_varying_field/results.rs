@@ -78,7 +78,8 @@ pub(crate) fn frozen_theory(column: Column) -> Result<HydrostaticProfile, Failur
     column.theory(FluidSolid::default())
 }
 
-/// Where that theory has its front: the height of the pressure of coexistence, which the jump of n makes plain.
+/// Where that theory has its front: the height of the pressure of coexistence, which the jump of n
+/// makes plain.
 pub(crate) fn front_of(theory: &HydrostaticProfile) -> f64 {
     let level = FluidSolid::default().coexistence().reduced_pressure * Protocol::TEMPERATURE;
     let (mut low, mut high) = (theory.base(), 60.0);

@@ -69,7 +69,8 @@ fn dilute(outcome: &Outcome, verdicts: &mut Verdicts) {
     let [low, high] = DILUTE;
     let claim = format!("{label}: spheres where n is {low} to {high}, over those of the theory");
     verdicts.agrees("14b", &claim, of_theory, (1.0, SIGMAS), LARGEST_TAIL_ERROR);
-    // Excluded volume makes the law too high by 8 η: 4 % at the dense end of the range, half of it on average.
+    // Excluded volume makes the law too high by 8 η: 4 % at the dense end of the range, half of it on
+    // average.
     let reach = SIGMAS * of_law.standard_error;
     let reach = if of_law.standard_error < LARGEST_TAIL_ERROR { reach } else { f64::NAN };
     let claim = format!("{label}: the same, over those of the ideal-gas law with the right prefactor");
@@ -115,8 +116,8 @@ fn equation_of_state(outcome: &Outcome, verdicts: &mut Verdicts) {
     verdicts.at_most("16", &claim, Estimate::exact(groups::largest(errors)), LARGEST_ERRORS[0]);
 }
 
-/// All groups of all columns together. The groups of a column move together, so their errors are added up; columns are
-/// independent.
+/// All groups of all columns together. The groups of a column move together, so their errors are
+/// added up; columns are independent.
 fn all_columns(outcomes: &[Outcome], verdicts: &mut Verdicts) {
     let columns = outcomes.len() as f64;
     let (mut mean, mut squares) = (0.0, 0.0);

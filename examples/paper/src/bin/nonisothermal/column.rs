@@ -29,7 +29,8 @@ pub(crate) struct Column {
     pub(crate) theory: HydrostaticProfile,
     /// Ranges with equally many spheres where the theory can be expected to hold.
     pub(crate) groups: Vec<[f64; 2]>,
-    /// What the ideal-gas law, eq. (28), has in place of the density at the base, where the column is dilute.
+    /// What the ideal-gas law, eq. (28), has in place of the density at the base, where the column
+    /// is dilute.
     pub(crate) prefactor: f64,
 }
 

@@ -1,11 +1,14 @@
-//! Figures 14 to 16 of doi:10.1103/PhysRevE.83.061306: columns with T = 20 exp(−βx) in a uniform field.
+//! Figures 14 to 16 of doi:10.1103/PhysRevE.83.061306: columns with T = 20 exp(−βx) in a uniform
+//! field.
 //!
-//! For five β, from far above and from far below, with the default scheme: density against height (14a) and on a logarithmic
-//! scale with the ideal-gas law (14b), mean accepted displacement of the paper's moves (15), and P/T against packing fraction
-//! (16). Theory is drawn as lines, simulation as points. What each figure claims is decided by numbers, in `verdicts.csv`.
+//! For five β, from far above and from far below, with the default scheme: density against height
+//! (14a) and on a logarithmic scale with the ideal-gas law (14b), mean accepted displacement of the
+//! paper's moves (15), and P/T against packing fraction (16). Theory is drawn as lines, simulation
+//! as points. What each figure claims is decided by numbers, in `verdicts.csv`.
 //!
-//! `--paper` runs the paper's own protocol beside ours, over its base: 25 000 spheres, displacements up to 0.75, the
-//! effective field from the histogram of the last sweep, 500 000 sweeps discarded and as many measured, from a uniform start.
+//! `--paper` runs the paper's own protocol beside ours, over its base: 25 000 spheres,
+//! displacements up to 0.75, the effective field from the histogram of the last sweep, 500 000
+//! sweeps discarded and as many measured, from a uniform start.
 
 #[macro_use]
 extern crate paper;

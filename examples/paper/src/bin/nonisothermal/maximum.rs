@@ -13,11 +13,11 @@ pub(crate) struct Maximum {
     pub(crate) height: Estimate,
     /// n there.
     pub(crate) number_density: Estimate,
-    /// P β/n where the theory has its maximum: a local equation of state makes it one, since dP/dx = −n is P d ln T/dx = −βP
-    /// where n does not change.
+    /// P β/n where the theory has its maximum: a local equation of state makes it one, since dP/dx
+    /// = −n is P d ln T/dx = −βP where n does not change.
     pub(crate) balance: Estimate,
-    /// Half the range of heights over which the theory's density is within 0.05 % of its maximum: as well as can be asked
-    /// that the place is known.
+    /// Half the range of heights over which the theory's density is within 0.05 % of its maximum:
+    /// as well as can be asked that the place is known.
     pub(crate) flatness: f64,
 }
 
@@ -94,7 +94,8 @@ impl Window {
     /// Height and value of the maximum of the fit; NaN if it has none.
     fn maximum(self, points: &[(f64, f64)]) -> [f64; 2] {
         let fit = self.cubic(points);
-        // The root of the slope where the curve bends down, in the form that is stable without a cubic term.
+        // The root of the slope where the curve bends down, in the form that is stable without a cubic
+        // term.
         let (slope, bend, twist) = (fit[1], 2.0 * fit[2], 3.0 * fit[3]);
         let place = -2.0 * slope / (bend - (bend * bend - 4.0 * twist * slope).sqrt());
         let height = f64::midpoint(self.low, self.high) + 0.5 * (self.high - self.low) * place;

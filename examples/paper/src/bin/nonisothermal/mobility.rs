@@ -3,11 +3,12 @@
 use super::outcome::Outcome;
 use gradient_mc::statistics::Estimate;
 
-/// Mean accepted displacements of all columns against packing fraction: where and how they differ at the same one.
+/// Mean accepted displacements of all columns against packing fraction: where and how they differ
+/// at the same one.
 ///
-/// In a fluid the mobility of small moves belongs to the packing fraction (and, by a few per cent, to the force). A part that had
-/// frozen or turned into a glass would be less mobile than the fluid of another column at the same packing fraction, and
-/// so would be off the curve.
+/// In a fluid the mobility of small moves belongs to the packing fraction (and, by a few per cent,
+/// to the force). A part that had frozen or turned into a glass would be less mobile than the fluid
+/// of another column at the same packing fraction, and so would be off the curve.
 #[derive(Debug, Clone)]
 pub(crate) struct Mobility {
     /// Packing fraction, mean accepted displacement, decay rate: of every bin outside the layers.
@@ -31,8 +32,9 @@ impl Mobility {
         Self { points }
     }
 
-    /// The largest relative difference between the mean displacement of a column in a window of packing fraction and that of all
-    /// columns there, on a straight line through the window; windows are 0.02 wide.
+    /// The largest relative difference between the mean displacement of a column in a window of
+    /// packing fraction and that of all columns there, on a straight line through the window;
+    /// windows are 0.02 wide.
     pub(crate) fn largest_spread(&self) -> f64 {
         const WIDTH: f64 = 0.02;
         let windows = (0..25).map(|window| {

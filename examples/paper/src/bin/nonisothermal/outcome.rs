@@ -78,7 +78,8 @@ impl Outcome {
     }
 }
 
-/// Spheres in a range of heights over those of a density, which is averaged over each bin by Simpson's rule.
+/// Spheres in a range of heights over those of a density, which is averaged over each bin by
+/// Simpson's rule.
 fn ratio(states: &[BinState], [low, high]: [f64; 2], density: impl Fn(f64) -> f64) -> f64 {
     let mean = |x: f64| (density(x - 0.5 * BIN) + 4.0 * density(x) + density(x + 0.5 * BIN)) / 6.0;
     let inside = states.iter().filter(|state| (low..high).contains(&state.height));

@@ -27,7 +27,8 @@ pub(crate) struct Protocol {
     pub(crate) sweeps: u64,
     /// Sweeps of small moves for the mobility.
     pub(crate) mobility_sweeps: u64,
-    /// Sweeps of the paper's protocol that are discarded, and as many that are measured; none: it is left out.
+    /// Sweeps of the paper's protocol that are discarded, and as many that are measured; none: it
+    /// is left out.
     pub(crate) paper_sweeps: Option<u64>,
 }
 
@@ -116,8 +117,8 @@ impl Run<'_> {
         watch.run(&mut simulation, sweeps, 1, &mut observers)?;
         let balance = simulation.force_balance().ok_or("there is a field to be judged")?.clone();
         let warnings = simulation.warnings();
-        // The paper's moves, from here on, for the mobility, in the theory's field, which is within a fifth of a per cent of
-        // the one that was measured.
+        // The paper's moves, from here on, for the mobility, in the theory's field, which is within a fifth
+        // of a per cent of the one that was measured.
         let moves = LocalMoves::new(MAXIMUM_DISPLACEMENT)?;
         let mut slow = Simulation::builder(self.column.scene()?)
             .scheme(EquationOfStateClosure::default())

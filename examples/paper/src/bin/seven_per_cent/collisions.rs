@@ -1,5 +1,6 @@
-//! The paper's scheme, repaired in its own spirit: the field follows the run every sweep, but it holds Z as collisions
-//! measured it until then (eq. 20) in place of P/n of one configuration (eq. 24).
+//! The paper's scheme, repaired in its own spirit: the field follows the run every sweep, but it
+//! holds Z as collisions measured it until then (eq. 20) in place of P/n of one configuration (eq.
+//! 24).
 
 use gradient_mc::checkpoint::{Archive, Persist};
 use gradient_mc::drive::{Adaptation, EffectivePotential, Scheme};
@@ -8,8 +9,8 @@ use gradient_mc::{
     TemperatureProfile,
 };
 
-/// P/n = T Z with Z = 1 + (sum of separations)/(path) of all event chains so far, in bins of one diameter; 1 where none has passed.
-/// Bins of the potential have the width given.
+/// P/n = T Z with Z = 1 + (sum of separations)/(path) of all event chains so far, in bins of one
+/// diameter; 1 where none has passed. Bins of the potential have the width given.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct RunningCollisions {
     pub(crate) bin_width: f64,

@@ -1,14 +1,17 @@
-//! Why the paper's pressures were seven per cent off at its steepest temperature gradient, and how not to be.
+//! Why the paper's pressures were seven per cent off at its steepest temperature gradient, and how
+//! not to be.
 //!
-//! The column at T₀ = 20, β = 0.05 (doi:10.1103/PhysRevE.83.061306, Fig. 17c), run with the effective field of every
-//! scheme of the library, from above and from below, over bases of 156.25 and 625, with bins from 0.05 to 0.5; the bins of
-//! the density that enters the field and of the density that is measured are independent. For each run P/(nTZ) − 1 is
-//! drawn over height, beside what counting noise must do to a field from instantaneous counts. A second, smaller
-//! column shows how the bias depends on the width of the bins and on the number of them that a move crosses.
+//! The column at T₀ = 20, β = 0.05 (doi:10.1103/PhysRevE.83.061306, Fig. 17c), run with the
+//! effective field of every scheme of the library, from above and from below, over bases of 156.25
+//! and 625, with bins from 0.05 to 0.5; the bins of the density that enters the field and of the
+//! density that is measured are independent. For each run P/(nTZ) − 1 is drawn over height, beside
+//! what counting noise must do to a field from instantaneous counts. A second, smaller column shows
+//! how the bias depends on the width of the bins and on the number of them that a move crosses.
 //!
-//! A field that follows every configuration breaks detailed balance, so its bias is a property of the moves too. The paper's
-//! small moves take 10⁵ sweeps and more to relax its column: `--full` makes them, and every other combination, each known to
-//! half a per cent; the default leaves them to the smaller column.
+//! A field that follows every configuration breaks detailed balance, so its bias is a property of
+//! the moves too. The paper's small moves take 10⁵ sweeps and more to relax its column: `--full`
+//! makes them, and every other combination, each known to half a per cent; the default leaves them
+//! to the smaller column.
 
 #[macro_use]
 extern crate paper;
@@ -33,7 +36,8 @@ use std::process::ExitCode;
 /// Settles where the paper's seven per cent at β = 0.05 come from.
 #[derive(clap::Args, Debug)]
 struct Arguments {
-    /// Every scheme, base and bin, from both sides, each to half a per cent; half an hour on two cores
+    /// Every scheme, base and bin, from both sides, each to half a per cent; half an hour on two
+    /// cores
     #[arg(long, visible_alias = "paper")]
     full: bool,
 }
@@ -66,7 +70,8 @@ fn setup(scheme: SchemeChoice, moves: MovesChoice, area: f64, bin: f64, side: Si
         side,
         approach: [300, 15_000],
         equilibration: sweeps(relaxation),
-        // Blocks must be long against the slowest mode, some 150 sweeps of chains, for error bars to be right.
+        // Blocks must be long against the slowest mode, some 150 sweeps of chains, for error bars to be
+        // right.
         sweeps: sweeps((measurement / area).max(4000.0)),
         seed,
     }
@@ -246,7 +251,8 @@ fn write(runs: &[Finished], prediction: &Prediction, report: &Report) -> Result<
     )
 }
 
-/// Compares every run with what is expected of it; each comparison can fail. All numbers are P/(nTZ) − 1.
+/// Compares every run with what is expected of it; each comparison can fail. All numbers are
+/// P/(nTZ) − 1.
 fn verdicts(
     runs: &[Finished],
     scans: &[(Scan, Estimate)],
@@ -262,8 +268,9 @@ fn verdicts(
                 squares += band.deviation.standard_error * band.deviation.standard_error / 49.0;
                 expected += part * prediction.deviation(setup.area, setup.acceptance_bin, band.height) / 7.0;
             }
-            // Neighboring bands move together: allow for a fully shared error. The formula takes counts to be Poisson,
-            // displacements uniform and the profile that of theory: a fifth of it is allowed for that.
+            // Neighboring bands move together: allow for a fully shared error. The formula takes counts to be
+            // Poisson, displacements uniform and the profile that of theory: a fifth of it is
+            // allowed for that.
             let error = (7.0 * squares).sqrt();
             let measured = Estimate::new(measured, error);
             if expected < 1.0 {
@@ -280,7 +287,8 @@ fn verdicts(
         let claim = format!("halving the measuring bins changes nothing in {setup}");
         verdicts.at_most(FIGURE, &claim, Estimate::exact(widest), 0.005);
     }
-    // Where bins are hardly ever occupied, what an empty one counts as decides, and the formula is rough.
+    // Where bins are hardly ever occupied, what an empty one counts as decides, and the formula is
+    // rough.
     for (scan, deviation) in scans.iter().filter(|(scan, _)| scan.bin >= Scan::NARROWEST_JUDGED) {
         let Scan { bin, maximum_displacement, .. } = scan;
         let expected = scan.predicted()?;
@@ -311,8 +319,9 @@ impl Setup {
         (self.scheme as u8, self.area, self.acceptance_bin, moves, self.side as u8)
     }
 
-    /// The part of the counting noise that acts on its moves, if it is known: none of the noise where the field does not
-    /// follow it, and for chains the noise of a field acts in another way.
+    /// The part of the counting noise that acts on its moves, if it is known: none of the noise
+    /// where the field does not follow it, and for chains the noise of a field acts in another
+    /// way.
     pub(crate) fn part_outside(&self) -> Option<f64> {
         match (self.scheme, self.moves) {
             (SchemeChoice::Instantaneous, MovesChoice::Local(size)) => {

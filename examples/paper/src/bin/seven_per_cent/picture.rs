@@ -1,5 +1,5 @@
-//! The picture: the bias of instantaneous counts for bins and bases, the schemes that have none, and what crossing
-//! bins has to do with it.
+//! The picture: the bias of instantaneous counts for bins and bases, the schemes that have none,
+//! and what crossing bins has to do with it.
 
 use super::Drawn;
 use super::prediction::{Prediction, part_outside};

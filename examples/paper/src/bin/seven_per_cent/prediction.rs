@@ -24,11 +24,12 @@ impl Prediction {
         Ok(Self { column, profile: theory.between_walls(&slab, column.spheres_per_area)? })
     }
 
-    /// P/(nTZ) − 1 at `height` for bins of width `bin` over `area`, if every move ran through many bins.
+    /// P/(nTZ) − 1 at `height` for bins of width `bin` over `area`, if every move ran through many
+    /// bins.
     ///
-    /// The gradient term of the field holds W/n. With k spheres in a bin of mean λ, W/k is on average b W/λ, so the
-    /// forces hold up P/T = W/T − ∫ₓ (b − 1) β (W/T) dx' only, and P exceeds n T Z by the relative
-    /// (T/W) ∫ₓ (b − 1) β (W/T) dx'.
+    /// The gradient term of the field holds W/n. With k spheres in a bin of mean λ, W/k is on
+    /// average b W/λ, so the forces hold up P/T = W/T − ∫ₓ (b − 1) β (W/T) dx' only, and P
+    /// exceeds n T Z by the relative (T/W) ∫ₓ (b − 1) β (W/T) dx'.
     pub(crate) fn deviation(&self, area: f64, bin: f64, height: f64) -> f64 {
         const STEP: f64 = 0.05;
         let Self { column, profile } = self;
@@ -41,17 +42,19 @@ impl Prediction {
             lost += (over_weight(density * area * bin, factor) - 1.0) * column.decay_rate * load(x) * STEP;
             x += STEP;
         }
-        // The forces hold up less than weighs, and the density gives way until they do: P/(nTZ) = 1/(1 − lost).
+        // The forces hold up less than weighs, and the density gives way until they do: P/(nTZ) = 1/(1 −
+        // lost).
         1.0 / (1.0 - lost / load(height)) - 1.0
     }
 }
 
-/// The part of the field's work that a move does outside the bin in which it starts, for displacements uniform in
-/// (−S, S) and starts uniform in the bin.
+/// The part of the field's work that a move does outside the bin in which it starts, for
+/// displacements uniform in (−S, S) and starts uniform in the bin.
 ///
-/// In the own bin n and 1/n belong to the same count and nothing is over-weighted. A displacement d < w leaves the bin
-/// for d²/(2w) of its length on average, a longer one for d − w/2; each counts with its length d, since what it
-/// contributes to the drift is d times the change of potential along it.
+/// In the own bin n and 1/n belong to the same count and nothing is over-weighted. A displacement d
+/// < w leaves the bin for d²/(2w) of its length on average, a longer one for d − w/2; each counts
+/// with its length d, since what it contributes to the drift is d times the change of potential
+/// along it.
 pub(crate) fn part_outside(maximum_displacement: f64, bin: f64) -> f64 {
     let (s, w) = (maximum_displacement, bin);
     if s <= w {

@@ -28,7 +28,8 @@ pub(crate) struct Column {
     pub(crate) height: f64,
 }
 
-/// The paper's worst case. In this box a start at n = 0.25 fits, and no sphere ever gets near the lid afterwards.
+/// The paper's worst case. In this box a start at n = 0.25 fits, and no sphere ever gets near the
+/// lid afterwards.
 pub(crate) const COLUMN: Column =
     Column { temperature: 20.0, decay_rate: 0.05, spheres_per_area: 40.0, height: 200.0 };
 
@@ -64,8 +65,8 @@ pub(crate) struct Setup {
     pub(crate) acceptance_bin: f64,
     pub(crate) moves: MovesChoice,
     pub(crate) side: Side,
-    /// Sweeps of chains that bring a column near its steady state, still on its side of it by some per cent; and of jumps that
-    /// small moves start from.
+    /// Sweeps of chains that bring a column near its steady state, still on its side of it by some
+    /// per cent; and of jumps that small moves start from.
     pub(crate) approach: [u64; 2],
     pub(crate) equilibration: u64,
     pub(crate) sweeps: u64,
@@ -83,7 +84,8 @@ pub(crate) struct Outcome {
     pub(crate) warnings: Vec<Warning>,
 }
 
-/// P/(nTZ) − 1 in the fluid over a range of heights, Z after Kolafa, Labík and Malijevský, modified.
+/// P/(nTZ) − 1 in the fluid over a range of heights, Z after Kolafa, Labík and Malijevský,
+/// modified.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Band {
     pub(crate) height: f64,
@@ -168,7 +170,8 @@ impl Setup {
             MovesChoice::Chains => EventChains::default().into(),
             MovesChoice::Local(size) => LocalMoves::new(size)?.into(),
         };
-        // Far from the steady state only chains get on: they bring the column near it, in the theory's field.
+        // Far from the steady state only chains get on: they bring the column near it, in the theory's
+        // field.
         let builder = Simulation::builder(scene).scheme(EquationOfStateClosure::default());
         let mut near = builder.start(start).moves(EventChains::default()).seed(self.seed ^ 0x5eed).build()?;
         watch.equilibrate(&mut near, self.approach[0], 0, &mut ())?;

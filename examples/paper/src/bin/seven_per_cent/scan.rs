@@ -1,4 +1,5 @@
-//! How the bias depends on the bins, and on how many of them a move crosses: a small column, swept by local moves.
+//! How the bias depends on the bins, and on how many of them a move crosses: a small column, swept
+//! by local moves.
 
 use super::prediction::{Prediction, part_outside};
 use super::run::Column;

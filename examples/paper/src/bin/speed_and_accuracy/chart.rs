@@ -86,7 +86,8 @@ impl Data<'_> {
         .points("theory, between walls", colors::INK, Mark::Points, theories(true))
     }
 
-    /// The points of a method on one thread, joined, rings where it is over-confident; those on two threads as dots.
+    /// The points of a method on one thread, joined, rings where it is over-confident; those on two
+    /// threads as dots.
     fn series(
         &self,
         panel: Panel,
@@ -302,7 +303,8 @@ pub(crate) fn overview(all: &[Data<'_>], contest: &Contest, target: f64) -> Figu
 }
 
 impl Data<'_> {
-    /// As [`series`](Self::series), with the base in place of the start and without the second thread.
+    /// As [`series`](Self::series), with the base in place of the start and without the second
+    /// thread.
     fn series_of_base(&self, panel: Panel, method: Method, quantity: Quantity, label: &str) -> Panel {
         let own = |point: &&Point| {
             point.simulation(1).is_some_and(|(own, _)| own == method)
@@ -322,7 +324,8 @@ impl Data<'_> {
     }
 }
 
-/// What the gradient buys: at nine, seventeen and sixty-five packing fractions, and for the whole curve.
+/// What the gradient buys: at nine, seventeen and sixty-five packing fractions, and for the whole
+/// curve.
 pub(crate) fn contest(contest: &Contest, target: f64) -> Figure {
     let tasks = [Task::NINE, Task::SEVENTEEN, Task::SIXTY_FIVE, Task::Curve(8)];
     let title = "The equation of state from one gradient run, and from homogeneous runs, from scratch";

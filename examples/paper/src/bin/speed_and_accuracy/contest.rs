@@ -1,4 +1,5 @@
-//! The equation of state of a range of packing fractions: one run in a gradient against a homogeneous run for each.
+//! The equation of state of a range of packing fractions: one run in a gradient against a
+//! homogeneous run for each.
 
 use crate::gradient::{Column, Route, Yield};
 use crate::pace::Pace;
@@ -23,7 +24,8 @@ const SHORTEST: u64 = 64;
 /// Of every way.
 pub(crate) const REPLICAS: u64 = 6;
 
-/// Sweeps that chains equilibrate before so many are measured, of gradient and homogeneous runs alike; local moves take as many.
+/// Sweeps that chains equilibrate before so many are measured, of gradient and homogeneous runs
+/// alike; local moves take as many.
 pub(crate) fn equilibration(sweeps: u64) -> u64 {
     sweeps / 4
 }
@@ -53,12 +55,14 @@ impl Way {
     }
 }
 
-/// What is asked for. The first number is the stride on the finest grid; a gradient run has the whole curve whatever it is.
+/// What is asked for. The first number is the stride on the finest grid; a gradient run has the
+/// whole curve whatever it is.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Task {
     /// Z at packing fractions of the finest grid from one to another: rms error.
     Densities(usize, [usize; 2]),
-    /// Z(η) from 0.05 to 0.45: largest error; homogeneous runs are fitted by the same form as a gradient run.
+    /// Z(η) from 0.05 to 0.45: largest error; homogeneous runs are fitted by the same form as a
+    /// gradient run.
     Curve(usize),
     /// The excess chemical potential at 0.45, by integration of that curve: relative error.
     ChemicalPotential(usize),
@@ -229,7 +233,8 @@ impl Point {
 pub(crate) struct Contest {
     /// Of each column its spheres, and of each replica its runs.
     gradients: Vec<(Column, usize, Vec<Vec<Yield>>)>,
-    /// Of each technique, of each replica, of each packing fraction of the finest grid; none where there are no runs.
+    /// Of each technique, of each replica, of each packing fraction of the finest grid; none where
+    /// there are no runs.
     homogeneous: [(Way, Vec<Vec<Vec<Single>>>); 2],
     /// Events of the library over those of the homogeneous chains, per CPU second.
     pace: f64,
@@ -249,7 +254,8 @@ enum Outcome {
 }
 
 impl Contest {
-    /// Gradients are followed for `patience` CPU seconds; so are the homogeneous ways, seventeen packing fractions together.
+    /// Gradients are followed for `patience` CPU seconds; so are the homogeneous ways, seventeen
+    /// packing fractions together.
     pub(crate) fn run(session: &Session, patience: f64, pace: &Pace) -> Result<Self, Failure> {
         let mut jobs = Vec::new();
         for replica in 0..REPLICAS {
@@ -326,8 +332,10 @@ impl Contest {
         }
     }
 
-    /// The largest deviation of the homogeneous runs from the modified Kolafa equation, over the seventeen packing fractions, in standard errors of the
-    /// mean over replicas (of their longest runs; the larger of what blocks and scatter say), and relative; and the largest of these errors, relative.
+    /// The largest deviation of the homogeneous runs from the modified Kolafa equation, over the
+    /// seventeen packing fractions, in standard errors of the mean over replicas (of their
+    /// longest runs; the larger of what blocks and scatter say), and relative; and the largest of
+    /// these errors, relative.
     pub(crate) fn agreement(&self, way: Way) -> [f64; 3] {
         let mut largest = [0.0; 3];
         for (_, replicas) in self.homogeneous.iter().filter(|(own, _)| *own == way) {
@@ -432,13 +440,13 @@ fn homogeneous_points(replicas: &[Vec<Vec<Single>>], task: Task, pace: f64) -> V
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Crossing {
     pub(crate) seconds: f64,
-    /// Whether the target was not reached: then it is where the error would get if it fell on with the square root of
-    /// time.
+    /// Whether the target was not reached: then it is where the error would get if it fell on with
+    /// the square root of time.
     pub(crate) extrapolated: bool,
 }
 
-/// The time at which an error falls below a target for good, between points by a power law; none if it does not, and is still more than
-/// `reach` times the target at the end.
+/// The time at which an error falls below a target for good, between points by a power law; none if
+/// it does not, and is still more than `reach` times the target at the end.
 pub(crate) fn crossing(points: &[(f64, f64)], target: f64, reach: f64) -> Option<Crossing> {
     // A point that is not a number is not below.
     let below = |&(_, error): &(f64, f64)| error < target;

@@ -13,7 +13,8 @@ use gradient_mc::{AnyScene, Error, Field, Generator, Hydrostatics, Scene, Simula
 use paper::Failure;
 use paper::clock::cpu_seconds;
 
-/// Packing fractions at base and lid of the designed column: a little more than is asked for, and than the layers at the base hide.
+/// Packing fractions at base and lid of the designed column: a little more than is asked for, and
+/// than the layers at the base hide.
 const ENDS: [f64; 2] = [0.485, 0.03];
 /// Height of the designed column.
 const HEIGHT: f64 = 100.0;
@@ -33,7 +34,8 @@ const LAYERS: f64 = 8.0;
 pub(crate) enum Column {
     /// In a field designed for a packing fraction that falls linearly.
     Designed,
-    /// The same, from the profile that the Percus-Yevick equation (virial) has in its field: wrong by up to 15 % in Z.
+    /// The same, from the profile that the Percus-Yevick equation (virial) has in its field: wrong
+    /// by up to 15 % in Z.
     WrongStart,
     /// The same, from spheres at random places.
     RandomStart,

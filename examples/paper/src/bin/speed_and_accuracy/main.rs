@@ -1,19 +1,22 @@
-//! Speed against accuracy: every way there is to n(x) and P(x) of the three systems of Mehrotra, Puri and Khakhar
-//! (doi:10.1103/PhysRevE.83.061306), from the formula of the ideal gas to event chains on the full base, by its true error
-//! and the CPU time that it takes; and what a gradient buys: the equation of state from one run, against homogeneous runs.
+//! Speed against accuracy: every way there is to n(x) and P(x) of the three systems of Mehrotra,
+//! Puri and Khakhar (doi:10.1103/PhysRevE.83.061306), from the formula of the ideal gas to event
+//! chains on the full base, by its true error and the CPU time that it takes; and what a gradient
+//! buys: the equation of state from one run, against homogeneous runs.
 //!
 //! | error of | is |
 //! |---|---|
 //! | n(x) | the total variation distance ½∫abs(n − n') dx/(N/A), n averaged over bins one diameter high |
 //! | P(x) | the largest abs(P − P') over P' at the base, at the middles of these bins |
 //!
-//! n', P' are those of long runs that are stored in `reference/`, with their errors. Times are CPU seconds of the thread, which do not count
-//! what others do on the machine, though it slows down what they count; two threads are two replicas, and their time that of the slower, what the clock of an
-//! idle machine would show. Runs are kept when they are done; one that was interrupted is made and timed anew from its start, so that its time is
-//! of one process. How long a run is depends on the time it takes; what it measures depends on the seed only.
+//! n', P' are those of long runs that are stored in `reference/`, with their errors. Times are CPU
+//! seconds of the thread, which do not count what others do on the machine, though it slows down
+//! what they count; two threads are two replicas, and their time that of the slower, what the clock
+//! of an idle machine would show. Runs are kept when they are done; one that was interrupted is
+//! made and timed anew from its start, so that its time is of one process. How long a run is
+//! depends on the time it takes; what it measures depends on the seed only.
 //!
-//! A result whose true error is more than twice the one that it claims is over-confident: a ring in the charts.
-//! `--long` makes the reference runs anew.
+//! A result whose true error is more than twice the one that it claims is over-confident: a ring in
+//! the charts. `--long` makes the reference runs anew.
 
 #[macro_use]
 extern crate paper;
@@ -47,19 +50,23 @@ use system::System;
 /// Charts the error of every method against its time, and the gradient against homogeneous runs.
 #[derive(clap::Args, Debug)]
 struct Arguments {
-    /// Makes the reference runs anew first, and stores them with the example: five minutes more on two cores
+    /// Makes the reference runs anew first, and stores them with the example: five minutes more on
+    /// two cores
     #[arg(long)]
     long: bool,
     /// Only the reference runs, with `--long`
     #[arg(long, requires = "long")]
     only_reference: bool,
-    /// Takes the references from this directory; by default those that the program was compiled with
+    /// Takes the references from this directory; by default those that the program was compiled
+    /// with
     #[arg(long)]
     reference: Option<PathBuf>,
-    /// CPU seconds of the longest run that is waited for on the small base; twice as many on the full one
+    /// CPU seconds of the longest run that is waited for on the small base; twice as many on the
+    /// full one
     #[arg(long, default_value_t = 1.5)]
     patience: f64,
-    /// CPU seconds of the longest gradient run for the equation of state, and of seventeen homogeneous ones together
+    /// CPU seconds of the longest gradient run for the equation of state, and of seventeen
+    /// homogeneous ones together
     #[arg(long, default_value_t = 4.0)]
     gradient_patience: f64,
     /// Leaves out the full base, for a quick look

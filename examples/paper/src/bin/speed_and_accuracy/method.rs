@@ -12,8 +12,8 @@ pub(crate) enum Moves {
     /// Event chains, and tuned local moves between them.
     ChainsAndTuned,
     ChainsAlone,
-    /// Event chains alone, half of them lateral, whose collisions tell the equation of state: above the layers n and P are those of
-    /// hydrostatics with it.
+    /// Event chains alone, half of them lateral, whose collisions tell the equation of state: above
+    /// the layers n and P are those of hydrostatics with it.
     OwnEquation,
 }
 
@@ -97,8 +97,8 @@ pub(crate) struct Method {
 }
 
 impl Method {
-    /// All ways of simulating a system: moves, starts and bases with the scheme by default; and with tuned moves from the
-    /// theory start the other schemes, where there is a choice.
+    /// All ways of simulating a system: moves, starts and bases with the scheme by default; and
+    /// with tuned moves from the theory start the other schemes, where there is a choice.
     pub(crate) fn all(system: System) -> Vec<Self> {
         let mut methods = Vec::new();
         for width in [SMALL, FULL] {

@@ -1,4 +1,5 @@
-//! Whether the homogeneous opponent is a fair one: its moves per CPU second beside the library's, in turn.
+//! Whether the homogeneous opponent is a fair one: its moves per CPU second beside the library's,
+//! in turn.
 
 use gradient_mc::equation_of_state::number_density;
 use gradient_mc::field::UniformField;
@@ -12,12 +13,14 @@ use paper::table::Table;
 
 const TURNS: usize = 5;
 
-/// Million trials and million events per CPU second: of both at each packing fraction, homogeneous before the library's.
+/// Million trials and million events per CPU second: of both at each packing fraction, homogeneous
+/// before the library's.
 #[derive(Debug)]
 pub(crate) struct Pace(Vec<(f64, [f64; 4])>);
 
 impl Pace {
-    /// Events of the library over those of homogeneous chains, the geometric mean over packing fractions.
+    /// Events of the library over those of homogeneous chains, the geometric mean over packing
+    /// fractions.
     pub(crate) fn chains(&self) -> f64 {
         let logarithms: f64 = self.0.iter().map(|(_, [.., own, library])| libm::log(library / own)).sum();
         libm::exp(logarithms / self.0.len() as f64)

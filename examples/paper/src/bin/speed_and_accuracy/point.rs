@@ -61,7 +61,8 @@ impl Point {
     /// A true error above so many times the claimed one is over-confident.
     const FACTOR: f64 = 2.0;
 
-    /// Whether the true error is more than twice what is claimed; what the reference does not know is not held against it.
+    /// Whether the true error is more than twice what is claimed; what the reference does not know
+    /// is not held against it.
     pub(crate) fn is_over_confident(&self, quantity: Quantity, reference: &Reference) -> bool {
         self.claims.as_ref().is_some_and(|claims| {
             let known = quantity.of(claims).hypot(quantity.of(&reference.errors));

@@ -25,8 +25,8 @@ const REPLICAS: u64 = 6;
 /// Sweeps that a replica measures.
 const SWEEPS: u64 = 6000;
 
-/// Sweeps to equilibrate: some ten times as many as a column takes to fall; as many as measured where they make the
-/// effective field.
+/// Sweeps to equilibrate: some ten times as many as a column takes to fall; as many as measured
+/// where they make the effective field.
 fn equilibration(system: System) -> u64 {
     if system == System::VaryingTemperature { SWEEPS } else { 2000 }
 }

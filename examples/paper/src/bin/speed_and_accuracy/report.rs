@@ -134,7 +134,8 @@ pub(crate) fn front_table(data: &Data<'_>, quantity: Quantity) -> Table {
     table
 }
 
-/// What two threads gain: the error of the mean of two replicas over that of one, at the longest runs.
+/// What two threads gain: the error of the mean of two replicas over that of one, at the longest
+/// runs.
 pub(crate) fn threads_table(all: &[Data<'_>]) -> Table {
     let mut table = Table::new([
         "error of two threads over that of one, median of all simulations' last points",
@@ -197,7 +198,8 @@ pub(crate) fn deviations_table(contest: &Contest) -> Table {
     table
 }
 
-/// CPU seconds to a target of the best gradient and of the best homogeneous way; none where it is not even near.
+/// CPU seconds to a target of the best gradient and of the best homogeneous way; none where it is
+/// not even near.
 pub(crate) fn best(
     contest: &Contest,
     task: Task,

@@ -37,8 +37,8 @@ impl Task {
         format!("{}, {}, seed {}", self.system.title(), self.method, self.seed)
     }
 
-    /// Runs of 32, 64, 128 ... sweeps of equilibration and as many of measurement each. They share their equilibration; what
-    /// a run is said to take is what it would take by itself.
+    /// Runs of 32, 64, 128 ... sweeps of equilibration and as many of measurement each. They share
+    /// their equilibration; what a run is said to take is what it would take by itself.
     pub(crate) fn follow(&self) -> Result<Vec<Checkpoint>, Failure> {
         let (mut column, mut seconds) = column::build(self.system, self.method, self.seed)?;
         let mut checkpoints = Vec::new();

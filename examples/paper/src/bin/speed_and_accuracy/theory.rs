@@ -70,7 +70,8 @@ pub(crate) fn points(
 /// What [`Scene::model_for`] expects of the theories that it considers.
 struct Claims {
     ideal_gas: Option<Errors>,
-    /// Between walls, with the equation of state of fluid and solid, whose fluid is the modified Kolafa equation.
+    /// Between walls, with the equation of state of fluid and solid, whose fluid is the modified
+    /// Kolafa equation.
     hydrostatics: Option<Errors>,
 }
 
@@ -123,8 +124,8 @@ pub(crate) fn binned(theory: &HydrostaticProfile) -> Profile {
     Profile { density, pressure, center_of_mass: theory.center_of_mass(), ..Profile::default() }
 }
 
-/// Equations (10) and (28) of doi:10.1103/PhysRevE.83.061306 at the middles of the bins, normalized to N/A:
-/// n ∝ exp(−(e^{(α+β)x} − 1)/((α+β) T₀) + βx), P = n T.
+/// Equations (10) and (28) of doi:10.1103/PhysRevE.83.061306 at the middles of the bins, normalized
+/// to N/A: n ∝ exp(−(e^{(α+β)x} − 1)/((α+β) T₀) + βx), P = n T.
 fn ideal_gas(system: System) -> Profile {
     let (temperature, beta) = (system.base_temperature(), system.temperature_decay());
     let rate = system.field_rate() + beta;
@@ -140,7 +141,8 @@ fn ideal_gas(system: System) -> Profile {
     Profile { density, pressure, center_of_mass, ..Profile::default() }
 }
 
-/// A result and the CPU seconds that it takes: the median over as many repeats as fit a tenth of a second.
+/// A result and the CPU seconds that it takes: the median over as many repeats as fit a tenth of a
+/// second.
 fn timed(solve: &dyn Fn() -> Result<Profile, Error>) -> Result<(f64, Profile), Error> {
     const ENOUGH: f64 = 0.1;
     const FEWEST: usize = 5;

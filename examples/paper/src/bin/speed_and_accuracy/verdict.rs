@@ -73,7 +73,8 @@ impl Judge {
                 words(&cheapest(0.003, false)),
             );
         }
-        // Tuned moves are ahead of the paper's S = 0.75 wherever both are followed from a start that knows nothing.
+        // Tuned moves are ahead of the paper's S = 0.75 wherever both are followed from a start that knows
+        // nothing.
         for width in [crate::method::SMALL, crate::method::FULL] {
             let last = |moves| {
                 last_point(

@@ -51,7 +51,8 @@ fn count(theory: f64, width: f64) -> (f64, usize) {
 /// Height above which there is a sphere in a hundred thousand.
 const TOP: f64 = 86.5;
 
-/// Of bins that ought to agree with the theory, the share that says it does not, and that says nothing.
+/// Of bins that ought to agree with the theory, the share that says it does not, and that says
+/// nothing.
 fn share(deviations: impl ExactSizeIterator<Item = Estimate>) -> Quantity {
     let count = deviations.len() as f64;
     let bad = deviations.filter(|deviation| {

@@ -32,7 +32,8 @@ pub(crate) fn scene<F: Field, T: TemperatureProfile>(
     Scene::new(Slab::new(height, width, width)?, particles(column_density, width), field, temperature)
 }
 
-/// The best theory of a scene: right in the bulk to 0.2 %, its center of mass to some 0.03 diameters.
+/// The best theory of a scene: right in the bulk to 0.2 %, its center of mass to some 0.03
+/// diameters.
 pub(crate) fn theory<F: Field, T: TemperatureProfile>(
     scene: &Scene<F, T>,
 ) -> Result<HydrostaticProfile, Error> {

@@ -129,7 +129,8 @@ where
     let moves = LocalMoves::mixture(&[0.75, 2.0])?;
     let simulation = Simulation::builder(scene).scheme(scheme).moves(moves).seed(trial.seed).build()?;
     let run = run(simulation, length, trial)?;
-    // Among few spheres none excludes volume to itself: n of the theory is right to (N − 1)/N of what Z − 1 does.
+    // Among few spheres none excludes volume to itself: n of the theory is right to (N − 1)/N of what Z
+    // − 1 does.
     let theory = theory(&scene)?;
     let center = run.center_of_mass(theory.center_of_mass(), 0.03)?.tolerating(0.02, 0.02);
     Ok(run.with([center]))

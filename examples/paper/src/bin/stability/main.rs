@@ -1,7 +1,9 @@
-//! Where methods fail, how, and whether the program says so: every method across the parameter that breaks it.
+//! Where methods fail, how, and whether the program says so: every method across the parameter that
+//! breaks it.
 //!
-//! Each point of a map is a run of its own against an independent truth: an exact result, the hydrostatic
-//! theory where that is good, or a simulation where the theory is what is tested. One rule ([`verdict`]) judges all.
+//! Each point of a map is a run of its own against an independent truth: an exact result, the
+//! hydrostatic theory where that is good, or a simulation where the theory is what is tested. One
+//! rule ([`verdict`]) judges all.
 
 #[macro_use]
 extern crate paper;
@@ -27,7 +29,8 @@ use map::{Map, Measured};
 use paper::{Ending, Failure, Report, Session, study};
 use std::process::ExitCode;
 
-/// Drives each method across the parameter that breaks it: where it fails, how, and whether the program says so
+/// Drives each method across the parameter that breaks it: where it fails, how, and whether the
+/// program says so
 #[derive(clap::Args, Debug)]
 struct Arguments {
     /// One map only, by its name

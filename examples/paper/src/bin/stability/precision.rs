@@ -73,8 +73,9 @@ fn inserted(height: f64, kept: impl Fn(f64) -> f64, generator: &mut Pcg64Mcg) ->
     positions
 }
 
-/// Square of the distance, every operation rounded as numbers are kept. Sums and products of doubles, rounded to single
-/// precision, are those of single precision, since a double has more than twice the digits.
+/// Square of the distance, every operation rounded as numbers are kept. Sums and products of
+/// doubles, rounded to single precision, are those of single precision, since a double has more
+/// than twice the digits.
 fn square(a: [f64; 3], b: [f64; 3], kept: &impl Fn(f64) -> f64) -> f64 {
     let across = |axis: usize| {
         let distance = kept(a[axis] - b[axis]).abs();

@@ -64,7 +64,8 @@ impl Field for Barrier {
     }
 }
 
-/// A step in the field or in the potential, seen by one sphere, for which everything is known exactly.
+/// A step in the field or in the potential, seen by one sphere, for which everything is known
+/// exactly.
 pub(crate) fn fields() -> Map {
     let mut map = Map::new(
         "field_step",

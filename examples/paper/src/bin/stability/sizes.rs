@@ -92,8 +92,8 @@ pub(crate) fn few() -> Map {
                 let simulation = Simulation::builder(scene).moves(moves).seed(trial.seed).build()?;
                 let sweeps = 400_000;
                 let run = run(simulation, Length { equilibration: sweeps / 10, sweeps }, trial)?;
-                // One: ½ + T. Two: quadrature of exp(−Δ/T)[9 − π(1 − Δ²)₊] over the height difference. Three: the contact
-                // theorem alone.
+                // One: ½ + T. Two: quadrature of exp(−Δ/T)[9 − π(1 − Δ²)₊] over the height difference. Three:
+                // the contact theorem alone.
                 let exact = [1.5, 1.567_105_973_366_81];
                 let contact = run.contact(scene.column_density())?;
                 let index = usize::try_from(spheres)? - 1;

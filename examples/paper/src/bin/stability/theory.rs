@@ -72,7 +72,8 @@ pub(crate) fn steep() -> Map {
 }
 
 fn cold(density: f64, temperature: f64, trial: Trial) -> Result<Findings, Failure> {
-    // Enough spheres that one more or less does not matter: their own volume is not excluded to themselves.
+    // Enough spheres that one more or less does not matter: their own volume is not excluded to
+    // themselves.
     let width = if density < 2.0 { 12.0 } else { 6.0 };
     let scene = column::scene(
         30.0 + 12.0 * temperature,

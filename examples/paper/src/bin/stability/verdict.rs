@@ -6,8 +6,8 @@ use gradient_mc::statistics::Estimate;
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Quantity {
     pub(crate) name: String,
-    /// Measured over true, less 1; the difference where the true one is zero. With the error bar that the method itself
-    /// claims.
+    /// Measured over true, less 1; the difference where the true one is zero. With the error bar
+    /// that the method itself claims.
     pub(crate) error: Estimate,
     /// How well the true one is known.
     pub(crate) truth_error: f64,
@@ -69,7 +69,8 @@ impl Quantity {
         self
     }
 
-    /// Whether the number is off: beyond the tolerance and beyond what its own error bar allows for.
+    /// Whether the number is off: beyond the tolerance and beyond what its own error bar allows
+    /// for.
     pub(crate) fn is_off(&self) -> bool {
         let claimed = self.error.standard_error.hypot(self.truth_error);
         // An error bar that is not a number allows for nothing.

@@ -167,7 +167,10 @@ impl<'a> Means<'a> {
             let eta = self.terms[bin] / self.paths[bin];
             // The first term is nearly η for dilute fluids and more than that for dense ones.
             let factor = rough.compressibility_factor(eta.min(0.5) / (1.0 + 3.0 * eta.min(0.5)));
-            equations.add(&row[..terms], self.transfers[bin], 1.0 / (self.paths[bin] * factor * factor));
+            // Separations add up to (Z − 1) times the path, and each counts for the less, the denser the
+            // fluid is: the longer it remembers who is near whom.
+            let variance = self.paths[bin] * eta * factor * factor;
+            equations.add(&row[..terms], self.transfers[bin], 1.0 / variance);
         }
         equations.solve()
     }

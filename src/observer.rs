@@ -69,6 +69,7 @@ impl ChainPiece {
     }
 
     /// The piece, of a chain along `axis`, as a move.
+    #[inline]
     #[must_use]
     pub fn as_move(&self, axis: usize) -> AcceptedMove {
         let mut displacement = Vector3::zeros();
@@ -77,6 +78,7 @@ impl ChainPiece {
     }
 
     /// The collision that ends the piece, of a chain along `axis`.
+    #[inline]
     #[must_use]
     pub fn collision(&self, axis: usize) -> Option<Collision> {
         let from_height = if axis == 0 { self.from_height + self.displacement } else { self.from_height };

@@ -310,32 +310,50 @@ fn sweep_color(
     scratch: &mut Vec<Scratch>,
     visit: &(impl Fn(usize, &mut [Layer], &mut Outcome, &mut Scratch) + Sync),
 ) {
-    use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
     let slabs = domains.slabs();
     while scratch.len() < slabs {
         scratch.push(Scratch::for_spheres(particles / slabs));
     }
-    if slabs == 1 {
-        if color == 0 {
-            visit(0, layers, &mut outcomes[0], &mut scratch[0]);
-        }
+    let all = color..slabs;
+    sweep_at_once(domains, all.clone(), (layers, 0), &mut outcomes[all.clone()], &mut scratch[all], visit);
+}
+
+/// Visits every other slab of some, the first included, at the same time. Of the layers, which begin
+/// with the one of the given number, each half gets its own; nothing is allocated.
+#[cfg(feature = "rayon")]
+fn sweep_at_once(
+    domains: &Domains,
+    slabs: std::ops::Range<usize>,
+    (layers, begin): (&mut [Layer], usize),
+    outcomes: &mut [Outcome],
+    scratch: &mut [Scratch],
+    visit: &(impl Fn(usize, &mut [Layer], &mut Outcome, &mut Scratch) + Sync),
+) {
+    if slabs.is_empty() {
         return;
     }
-    let (mut rest, mut taken) = (layers, 0);
-    let mut tasks = Vec::with_capacity(slabs / 2 + 1);
-    let every_other =
-        outcomes.iter_mut().zip(scratch.iter_mut()).enumerate().take(slabs).skip(color).step_by(2);
-    for (slab, (outcome, scratch)) in every_other {
-        // The slab between two of one color is at least two layers thick, and each looks at one.
-        let range = layers_of(domains, slab);
-        let (_, from_here) = rest.split_at_mut(range.start - taken);
-        let (own, behind) = from_here.split_at_mut(range.len());
-        (rest, taken) = (behind, range.end);
-        tasks.push((slab, own, outcome, scratch));
+    // Of the color.
+    let count = slabs.len().div_ceil(2);
+    if count == 1 {
+        let range = layers_of(domains, slabs.start);
+        let own = &mut layers[range.start - begin..range.end - begin];
+        return visit(slabs.start, own, &mut outcomes[0], &mut scratch[0]);
     }
-    tasks.into_par_iter().with_max_len(1).for_each(|(slab, layers, outcome, scratch)| {
-        visit(slab, layers, outcome, scratch);
-    });
+    let first = count / 2 * 2;
+    let middle = slabs.start + first;
+    // The slab between two of one color is at least two layers thick, and each looks at one.
+    let between = layers_of(domains, middle).start;
+    let (below, above) = layers.split_at_mut(between - begin);
+    let (lower_outcomes, upper_outcomes) = outcomes.split_at_mut(first);
+    let (lower_scratch, upper_scratch) = scratch.split_at_mut(first);
+    rayon::join(
+        || {
+            sweep_at_once(domains, slabs.start..middle, (below, begin), lower_outcomes, lower_scratch, visit);
+        },
+        || {
+            sweep_at_once(domains, middle..slabs.end, (above, between), upper_outcomes, upper_scratch, visit);
+        },
+    );
 }
 
 /// A generator of its own for each domain of a sweep.

@@ -15,12 +15,12 @@ pub(crate) fn table(outcomes: &[Outcome]) -> Table {
         "in %".to_owned(),
         "largest P/(nTZ) − 1, CS".into(),
         "modified Kolafa".into(),
-        "in errors".into(),
-        "2 % beaten by a factor".into(),
+        "in standard errors".into(),
+        "2 % over the largest".into(),
         "median δ".into(),
         format!("bins with δ < 2 %, ν > {FEW}"),
         "median σ".into(),
-        "σ as a standard error".into(),
+        "standard error from σ".into(),
     ]);
     for outcome in outcomes {
         let ours = std::iter::once((outcome.case.label(), &outcome.ours));

@@ -199,17 +199,17 @@ impl Run {
     pub(crate) fn describe(plan: Plan) -> String {
         match plan {
             Plan::Ours { equilibration, sweeps, .. } => format!(
-                "{RUNS} independent runs of event chains with tuned moves, from above and below by turns, {equilibration} sweeps \
-                 discarded, {sweeps} measured"
+                "{RUNS} independent runs of event chains with tuned moves, alternately from above and below, {equilibration} sweeps of \
+                equilibration, {sweeps} of production"
             ),
             Plan::Field { jumps, equilibration, sweeps, .. } => format!(
-                "the paper's field, in bins of {NOISY_BIN} that make as much counting noise here as 0.1 over 25 x 25, and its moves (0.75): \
-                 {APPROACH} sweeps of chains, {jumps} of jumps, {equilibration} of \
-                 small moves discarded, {RUNS} intervals of {sweeps} measured, once from above and once from below"
+                "the field of the paper, in bins of {NOISY_BIN} with the same counting noise as 0.1 over 25 x 25, and its moves (S = 0.75): \
+                equilibration by {APPROACH} sweeps of chains, {jumps} of jumps and {equilibration} of small moves, {RUNS} intervals of {sweeps} \
+                sweeps of production, once from above and once from below"
             ),
             Plan::Protocol { equilibration, sweeps } => format!(
-                "the paper's protocol: from n = 0.1, moves up to 0.75 (0.25 at α = 0.1), {equilibration} sweeps discarded, {RUNS} \
-                 intervals of {sweeps} measured"
+                "the protocol of the paper: from n = 0.1, moves up to 0.75 (0.25 at α = 0.1), {equilibration} sweeps of equilibration, {RUNS} \
+                intervals of {sweeps} sweeps of production"
             ),
         }
     }

@@ -89,7 +89,7 @@ impl Family {
 
     pub(crate) fn name(self) -> &'static str {
         match self {
-            Self::Paper => "the paper's moves",
+            Self::Paper => "moves of the paper",
             Self::Tuned => "tuned local moves",
             Self::Chains => "event chains with tuned local moves",
         }

@@ -143,8 +143,8 @@ mod tests {
         assert!(warned_of(32, 16.0, 1.0)[1] < 0.01);
     }
 
-    /// A start that relaxes within the first tenth is warned of, though halves and memory look
-    /// right.
+    /// A start that relaxes within the first tenth gives a warning, although halves and
+    /// autocorrelation time are inconspicuous.
     #[test]
     fn a_start_that_relaxes_is_warned_of() {
         for seed in 0..20 {

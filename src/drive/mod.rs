@@ -91,8 +91,8 @@ pub trait Drive<F, T>: Send + Sync {
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a scheme for a field `{F}` and a temperature profile `{T}`",
     label = "not a scheme for this scene",
-    note = "leave `.scheme()` out, or take one of `gradient_mc::drive`: `SelfConsistent::default()`, say; a scheme of \
-            your own implements `Scheme`"
+    note = "leave `.scheme()` out, or use one of `gradient_mc::drive`, for example `SelfConsistent::default()`; your own \
+    scheme must implement `Scheme`"
 )]
 pub trait Scheme<F, T> {
     /// The reduced potential.

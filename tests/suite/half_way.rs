@@ -1,5 +1,4 @@
-//! What is left when code of a user's own fails half-way: counters tell what happened, and whoever
-//! looks on is as before.
+//! Failures of user code during a sweep: counters record them, and observers stay valid.
 
 use gradient_mc::drive::{Drive, EffectivePotential, Scheme};
 use gradient_mc::field::UniformField;

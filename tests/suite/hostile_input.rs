@@ -1,4 +1,4 @@
-//! Input that makes no sense: a typed error that names the value and the remedy, never a panic.
+//! Invalid input gives a typed error that names the value and the remedy, never a panic.
 
 // Values are compared as they went in.
 #![allow(clippy::float_cmp)]

@@ -1,5 +1,4 @@
-//! Inputs that are lawful and unusual, or wrong: the answer is right, or an error that says why
-//! not.
+//! Unusual or wrong inputs: the result is right, or an error tells the reason.
 
 use gradient_mc::drive::SelfConsistent;
 use gradient_mc::field::UniformField;

@@ -1,5 +1,5 @@
-//! Trajectories: what is written is what is read, and what is not a trajectory is an error that
-//! says where.
+//! Trajectories: written files read back with the same bits, and invalid files give an error with
+//! its position.
 
 use gradient_mc::field::UniformField;
 use gradient_mc::observers::{BondOrder, ExtendedXyz, Gsd, HexaticOrder, RadialDistribution};

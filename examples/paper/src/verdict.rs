@@ -22,8 +22,8 @@ pub struct Verdict {
 impl Verdict {
     /// Whether the measured mean is in the range; false for NaN.
     ///
-    /// The error bar is shown and not used: a claim that is to hold within so many errors puts them
-    /// into its range, or measures the deviation in errors.
+    /// The error bar is not used: claims within a number of standard errors include them in the
+    /// range, or measure the deviation in standard errors.
     pub fn holds(&self) -> bool {
         (self.lowest..=self.highest).contains(&self.measured.mean)
     }

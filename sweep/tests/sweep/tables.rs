@@ -1,4 +1,4 @@
-//! Tables that are good, and those that are refused: where, and why.
+//! Valid tables, and the position and reason of errors in invalid ones.
 
 use gradient_mc::Replicas;
 use gradient_mc_sweep::{BadTable, FieldChoice, Table, TemperatureChoice};

@@ -176,9 +176,9 @@ fn scatter(accuracy: &Accuracy, scene: &Column, profiles: &[Vec<f64>], truth: &[
     [square.sqrt(), (variance / square).sqrt()]
 }
 
-/// Plans of either family: short ones against what is true, and long ones, which have forgotten the
-/// theory start, against the mean of all of them, so that what is true does not have to be known
-/// better than they know it.
+/// Plans of both families. Short ones are compared with the reference. Long ones, which do not
+/// depend on the theory start, are compared with the mean of all of them, because their errors may
+/// be smaller than that of the reference.
 fn try_plans(
     index: usize,
     scene: &Column,

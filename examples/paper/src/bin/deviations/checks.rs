@@ -17,7 +17,7 @@ const SCATTERED: f64 = 0.25;
 const SIGMAS: f64 = 4.0;
 /// Largest error of a mean over a group of heights.
 const LARGEST_ERROR: f64 = 0.01;
-/// Where theory expects a local equation of state to miss more than this, it is not what is tested.
+/// A local equation of state is not tested where theory predicts a larger deviation from it.
 const LOCAL: f64 = 0.01;
 /// Up to here the paper's field is compared: well below the maximum of the density.
 const LOW: f64 = 16.0;

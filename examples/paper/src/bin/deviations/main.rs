@@ -44,7 +44,7 @@ struct Arguments {
     width: Option<f64>,
 }
 
-/// Sides of the base: ours, and the paper's.
+/// Sides of the base: of the default runs, and of the paper.
 const WIDTHS: [f64; 2] = [7.0, 25.0];
 
 /// Numbers of sweeps.
@@ -139,7 +139,7 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     for outcome in &outcomes {
         println!("{}: {}", outcome.case.label(), run::describe_box(&outcome.case));
     }
-    println!("ours: {}", Run::describe(ours(session, 0)));
+    println!("runs: {}", Run::describe(ours(session, 0)));
     for (_, plan) in
         outcomes.last().map(|outcome| arguments.papers(session, &outcome.case)).into_iter().flatten().take(1)
     {

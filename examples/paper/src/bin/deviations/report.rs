@@ -92,7 +92,7 @@ pub(crate) fn write(outcomes: &[Outcome], report: &Report) -> Result<(), Failure
             })
         };
         report.table(&format!("figure_{panel}"),
-            "height in d; deviation (33) with its error, and scatter (32), from five runs in bins of 0.1 d, Carnahan-Starling; set 0: ours, 1 and 2: \
+            "height in d; deviation (33) with its error, and scatter (32), from five runs in bins of 0.1 d, Carnahan-Starling; set 0: default runs, 1 and 2: \
              runs as the paper made them (without --paper: from above, from below)",
             "temperature, growth_rate, decay_rate, set, height, packing_fraction, deviation, \
              deviation_error, scatter",

@@ -1,4 +1,4 @@
-//! The runs: five independent replicas of ours, and the paper's five successive intervals.
+//! The runs: five independent replicas, or five successive intervals as in the paper.
 
 use super::case::{COLUMN_DENSITY, Case};
 use gradient_mc::checkpoint::Persist;
@@ -68,7 +68,7 @@ impl Run {
         sweeps * self.case.particles() as u64
     }
 
-    /// One profile, or one for each interval, and what the run says against itself.
+    /// One profile, or one for each interval, and the warnings about the run.
     pub(crate) fn measure(&self, watch: &Watch<'_>) -> Result<Measured, Failure> {
         let case = &self.case;
         let field = ExponentialField::new(case.growth_rate)?;
@@ -112,7 +112,7 @@ impl Run {
     fn gas(&self) -> Result<RandomInsertion, Failure> {
         Ok(match self.plan {
             Plan::Protocol { .. } => RandomInsertion::default(),
-            // In a field that grows, what is high weighs e^{αx} times as much.
+            // In this field a sphere at height x has e^{αx} times the weight.
             _ if self.case.growth_rate > 0.0 => RandomInsertion::new(0.5)?,
             _ => RandomInsertion::new(0.25)?,
         })

@@ -15,7 +15,7 @@ use paper::{Failure, Report, Side};
 
 /// The axes end above the start at 200, to leave room.
 const HIGHEST: f64 = 300.0;
-/// Largest error bar of a plateau that still says something, by our moves and by the paper's.
+/// Largest acceptable error bar of a plateau, by faster moves and by those of the paper.
 const LARGEST_ERROR: f64 = 0.02;
 const LARGEST_ERROR_OF_PAPER: f64 = 0.2;
 
@@ -191,8 +191,8 @@ fn write_tables(
     });
     report.table(
         "figure_02",
-        "temperature in m g d; width of the base and height in d; paper_moves: 1 for its moves, 0 for ours; from_above: 1 for the \
-         uniform start, 0 for the compact one; means over intervals of sweeps",
+        "temperature in m g d; width of the base and height in d; paper_moves: 1 for the moves of the paper, 0 for others; from_above: 1 for \
+        the random start, 0 for the close-packed one; means over intervals of sweeps",
         "temperature, base_width, paper_moves, from_above, sweep, center_of_mass",
         rows,
     )?;
@@ -231,7 +231,7 @@ fn plateaus(states: &[State<'_>], report: &mut Report) -> Result<(), Failure> {
             error,
             largest_error,
         );
-        // Four errors, and what the theory does not know.
+        // Four standard errors, and the uncertainty of the theory.
         let reach = 4.0 * measured.standard_error + accuracy;
         let mut near = |claim: &str, expected: f64| {
             verdicts.between(

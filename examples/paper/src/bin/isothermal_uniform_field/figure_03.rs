@@ -10,7 +10,7 @@ use paper::groups::{edges_of_equal_numbers, farthest_from_zero, magnitude, means
 use paper::row;
 use paper::{Failure, Report};
 
-/// Below this height there are layers, which the local theory does not know.
+/// Below this height there are layers, which the local theory does not describe.
 pub(crate) const BULK_BEGINS: f64 = 8.0;
 /// Where the theory's packing fraction falls below this, the paper's figure 3a has left the axis.
 const DILUTE: f64 = 0.01;

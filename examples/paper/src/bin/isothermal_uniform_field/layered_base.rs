@@ -87,7 +87,7 @@ fn density_point((height, density): &(f64, Estimate)) -> Point {
     Point::of(*height, *density)
 }
 
-/// Simulation over functional, less 1, with its error, for every bin that both have.
+/// Simulation over functional, minus 1, with its error, for every common bin.
 fn from_functional<'a>(
     state: &'a State<'_>,
     functional: &'a Layers,

@@ -165,7 +165,9 @@ pub(crate) fn table(results: &Results) -> Result<Table, Failure> {
         Ok(crystal.fronts()?.bonds.to_string())
     })?;
     row("  visibility of the layers below 0.7", &|crystal| Ok(crystal.fronts()?.layers.to_string()))?;
-    row("  displacement midway between crystal and fluid", &|crystal| Ok(crystal.fronts()?.mobility.to_string()))?;
+    row("  displacement midway between crystal and fluid", &|crystal| {
+        Ok(crystal.fronts()?.mobility.to_string())
+    })?;
     row("  where P/T is that of coexistence", &|crystal| Ok(crystal.fronts()?.pressure.to_string()))?;
     row("  hydrostatics", &|crystal| Ok(format!("{:.2}", front_of(&theory(crystal)?))))?;
     row("CPU time / s", &|crystal| Ok(format!("{:.0}", crystal.busy)))?;
@@ -206,7 +208,7 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
     let difference = |first: Estimate, second: Estimate| first.minus_independent(second);
     let off = difference(fronts.layers, fronts.bonds);
     verdicts.between("crystal", "front by layers minus front by bonds, in d", off, -1.5, 1.5);
-    // Hydrostatics knows nothing of a crystal that is strained sideways; the weight that lies on the
+    // Hydrostatics does not describe a crystal with lateral strain; the weight that lies on the
     // front does.
     let off = difference(fronts.bonds, fronts.pressure);
     let claim = "front by bonds minus height at which the measured P/T is that of coexistence, in d";

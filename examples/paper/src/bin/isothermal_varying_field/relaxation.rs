@@ -38,8 +38,8 @@ pub(crate) fn draw(results: &Results, report: &mut Report) -> Result<(), Failure
     }
     let figure = Figure::new("Figure 7: relaxation of the column   (T = 20, a = exp(αx), N/A = 40)");
     let figure = figure.panel(falling).panel(inset(results)?).panel(both);
-    let caption = "Figure 7: the center of mass falls from the uniform start, by the paper's moves and by ours; inset: where \
-                   it comes to rest, against α, with hydrostatics between walls";
+    let caption = "Figure 7: relaxation of the center of mass from a random start, with the moves of the paper and with faster moves; inset: \
+    its steady height against α, with hydrostatics between walls";
     report.picture("figure_07", &figure, caption)?;
     write(results, report)
 }
@@ -122,7 +122,7 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) {
         let claim = format!("{}: steady h_c minus theory ({theory:.3}), in d", fluid.label());
         verdicts.between("7 inset", &claim, off, -0.1, 0.1);
         let largest = 0.05;
-        let claim = format!("{}: error of h_c at rest, in d", fluid.label());
+        let claim = format!("{}: standard error of steady h_c, in d", fluid.label());
         verdicts.at_most("7 inset", &claim, Estimate::exact(fluid.plateau.standard_error), largest);
         let heights = fluid.relaxation.center_of_mass.heights();
         let end = &heights[heights.len() * 9 / 10..];

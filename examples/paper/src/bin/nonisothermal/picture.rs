@@ -122,7 +122,7 @@ fn mobility(ours: &[Outcome], papers: &[Outcome]) -> Figure {
         .with_legend(Corner::BottomLeft);
     for (outcome, color) in ours.iter().zip(COLORS) {
         let column = &outcome.column;
-        // Where hardly a sphere is, a mean over few moves says little.
+        // In the dilute top a mean over few moves is too uncertain.
         let occupied = || {
             outcome
                 .mobility

@@ -118,7 +118,7 @@ fn setups(full: bool, session: &Session) -> Vec<Setup> {
     setups
 }
 
-/// A run with what it came to.
+/// A run with its outcome.
 pub(crate) type Finished = (Setup, Outcome);
 
 /// A run as it is drawn.

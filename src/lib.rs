@@ -119,7 +119,16 @@ pub use temperature::TemperatureProfile;
 pub use warning::{Disagreement, MixingEvidence, Quantity, Warning};
 pub use warning_kind::WarningKind;
 
-/// The code of README.md, compiled.
+/// The programs of the documentation, compiled.
 #[cfg(doctest)]
-#[doc = include_str!("../README.md")]
-struct Readme;
+mod programs {
+    #[doc = include_str!("../README.md")]
+    struct Readme;
+    #[doc = include_str!("../docs/start.md")]
+    struct Start;
+    #[doc = include_str!("../docs/how_to.md")]
+    struct HowTo;
+    #[cfg(feature = "signals")]
+    #[doc = include_str!("../docs/long_runs.md")]
+    struct LongRuns;
+}

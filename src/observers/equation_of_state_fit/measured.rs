@@ -237,7 +237,8 @@ impl EquationOfStateCurve<'_> {
         match packing_fractions.iter().find(|eta| !(0.0..=self.measured.highest).contains(*eta)) {
             None => Ok(()),
             Some(&value) => {
-                let requirement = "it must lie between 0 and the largest packing fraction measured";
+                let requirement =
+                    "it must lie between 0 and the largest one measured (highest_packing_fraction)";
                 Err(Error::InvalidParameter { name: "packing fraction", value, requirement })
             }
         }

@@ -37,15 +37,17 @@
 //! use gradient_mc::{Replicas, Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
 //! # let folder = std::env::temp_dir().join(format!("gradient-mc-array-{}", std::process::id()));
 //! # let arguments = ["my_program", "0"].map(String::from);
-//! // let arguments: Vec<String> = std::env::args().collect(); let scene =
-//! Scene::new(Slab::new(60.0, 6.0, 6.0)?, 36, UniformField::default(), Isothermal::new(5.0)?)?; let
-//! builder = Simulation::builder(scene); let task: usize = arguments[1].parse()?; let seed =
-//! Replicas::new(100).seed(1).replica(task).seed(); let path = folder.join(format!("task_{task}"));
-//! let (_, ended) = Run::new(&path, 100, 200).of(builder.clone().seed(seed), &mut
-//! CenterOfMass::new())?; println!("{ended}"); // When all tasks are finished: the merged results,
-//! as from one process. let paths = (0..100).map(|task|
-//! folder.join(format!("task_{task}"))).filter(|path| path.exists()); println!("{}",
-//! builder.pooled(paths, &CenterOfMass::new())?.estimate()?);
+//! // let arguments: Vec<String> = std::env::args().collect();
+//! let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 36, UniformField::default(), Isothermal::new(5.0)?)?;
+//! let builder = Simulation::builder(scene);
+//! let task: usize = arguments[1].parse()?;
+//! let seed = Replicas::new(100).seed(1).replica(task).seed();
+//! let path = folder.join(format!("task_{task}"));
+//! let (_, ended) = Run::new(&path, 100, 200).of(builder.clone().seed(seed), &mut CenterOfMass::new())?;
+//! println!("{ended}");
+//! // When all tasks are finished: the merged results, as from one process.
+//! let paths = (0..100).map(|task| folder.join(format!("task_{task}"))).filter(|path| path.exists());
+//! println!("{}", builder.pooled(paths, &CenterOfMass::new())?.estimate()?);
 //! # std::fs::remove_dir_all(folder)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```

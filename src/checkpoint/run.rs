@@ -25,12 +25,13 @@ use std::time::{Duration, Instant};
 /// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 36, UniformField::default(), Isothermal::new(5.0)?)?;
 /// let path = std::env::temp_dir().join(format!("gradient-mc-run-{}", std::process::id()));
 /// # let paths = [path.clone(), path.with_extension("previous")];
-/// let mut center_of_mass = CenterOfMass::new(); // Until the standard error of the height of the
-/// center of mass is below 0.1 diameters. let run = Run::new(&path, 200, 100_000) .until(|observer:
-/// &CenterOfMass| observer.estimate().is_ok_and(|height| height.standard_error < 0.1)); let
-/// (simulation, ended) = run.of(Simulation::builder(scene).seed(1), &mut center_of_mass)?;
-/// println!("{ended}: {}", center_of_mass.estimate()?); assert!(ended.is_finished() &&
-/// simulation.sweep() < 100_000);
+/// let mut center_of_mass = CenterOfMass::new();
+/// // Until the standard error of the height of the center of mass is below 0.1 diameters.
+/// let run = Run::new(&path, 200, 100_000)
+///     .until(|observer: &CenterOfMass| observer.estimate().is_ok_and(|height| height.standard_error < 0.1));
+/// let (simulation, ended) = run.of(Simulation::builder(scene).seed(1), &mut center_of_mass)?;
+/// println!("{ended}: {}", center_of_mass.estimate()?);
+/// assert!(ended.is_finished() && simulation.sweep() < 100_000);
 /// # for path in paths { std::fs::remove_file(path).ok(); }
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```

@@ -22,7 +22,7 @@
 //! field, whose reduced force is (eqs. 20 and 24 of doi:10.1103/PhysRevE.83.061306, for any a and
 //! T)
 //!
-//! u'(x) = a/T + (P/n) T'/T² = −(1/n) d(P/T)/dx,  P(x) = P(lid) + ∫ₓ a n dx',
+//! u'(x) = a/T + (P/n) T'/T² = −(1/n) d(P/T)/dx,  P(x) = P(lid) + ∫ₓ a n dx'.
 //!
 //! If the field pulls up, P is summed from the base, P(x) = P(base) − ∫ a n dx'
 //! ([`Scene::open_end`]).

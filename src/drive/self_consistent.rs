@@ -46,7 +46,7 @@ use crate::{Error, Field, Scene, TemperatureProfile, Warning};
 ///   10⁴ sweeps of 500 spheres in a closed box give the contact density only to about 4 %.
 ///
 /// With local moves alone there are no collisions, and the closure keeps the equation of state of
-/// the start. For crystals, Z is always Speedy's.
+/// the start. For crystals, Z is that of Speedy's equation, which is not measured.
 /// [`measured_share`](super::Adaptation::measured_share), certificates and warnings report the part
 /// of the field that was measured.
 ///
@@ -56,7 +56,7 @@ use crate::{Error, Field, Scene, TemperatureProfile, Warning};
 /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::ExponentialTemperature};
 /// let temperature = ExponentialTemperature::new(5.0, 0.02)?;
 /// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 360, UniformField::default(), temperature)?;
-/// // Z = 1 to start with: nothing is known.
+/// // The iteration starts with the ideal gas, Z = 1.
 /// let mut simulation = Simulation::builder(scene).scheme(SelfConsistent::new(IdealGas)).build()?;
 /// simulation.equilibrate(1000, &mut ())?;
 /// assert!(simulation.adaptation().measured_share().is_some_and(|share| share.bulk > 0.9));

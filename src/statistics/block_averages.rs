@@ -32,12 +32,16 @@ use crate::{Error, Merge};
 /// wᵣ² (mᵣ − m)², with weights wᵣ whose sum is 1.
 ///
 /// ```
-/// use gradient_mc::statistics::BlockAverages; let mut averages = BlockAverages::new(2)?; for i in
-/// 0..1000 { let noise = f64::from(i * 7919 % 1009) / 1009.0 - 0.5; averages.push(&[6.0 + noise,
-/// 2.0 + noise / 3.0])?; } // The noise cancels in the ratio, and the error by the jackknife is 0.
-/// let ratio = averages.jackknife(|means| [means[0] / means[1]])?[0]; assert!((ratio.mean -
-/// 3.0).abs() < 1e-6 && ratio.standard_error < 1e-6); assert!(averages.standard_errors()?[0] >
-/// 1e-3);
+/// use gradient_mc::statistics::BlockAverages;
+/// let mut averages = BlockAverages::new(2)?;
+/// for i in 0..1000 {
+///     let noise = f64::from(i * 7919 % 1009) / 1009.0 - 0.5;
+///     averages.push(&[6.0 + noise, 2.0 + noise / 3.0])?;
+/// }
+/// // The noise cancels in the ratio; the jackknife error includes this.
+/// let ratio = averages.jackknife(|means| [means[0] / means[1]])?[0];
+/// assert!((ratio.mean - 3.0).abs() < 1e-6 && ratio.standard_error < 1e-6);
+/// assert!(averages.standard_errors()?[0] > 1e-3);
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```
 #[derive(Debug, Clone, PartialEq)]

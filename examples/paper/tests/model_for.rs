@@ -1,7 +1,7 @@
-//! `Scene::model_for` on forty scenes that nothing was fitted to, and on some that freeze.
+//! `Scene::model_for` on forty scenes that were not used in the fit, and on some that freeze.
 //!
-//! What is true of each was measured beforehand (`tests/reference/model_scenes.csv`). The
-//! recommended model is run for real. `-- --nocapture` prints the table.
+//! The reference of each was measured before (`tests/reference/model_scenes.csv`). The recommended
+//! model is run. `-- --nocapture` prints the table.
 
 #![allow(clippy::disallowed_methods, clippy::unwrap_used)]
 
@@ -203,7 +203,7 @@ fn forty_unseen_scenes() {
 }
 
 /// P and Z of the same scenes: heights from a quantile up to 0.5 to one between 0.6 and 0.98,
-/// tolerance log-uniform between 0.3 and 6 %, and at least three times what the reference knows.
+/// tolerance log-uniform between 0.3 and 6 %, and at least three times the error of the reference.
 #[test]
 fn pressure_and_compressibility_factor_of_unseen_scenes() {
     let mut generator = Generator::seed_from_u64(40);

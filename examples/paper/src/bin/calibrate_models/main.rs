@@ -1,10 +1,10 @@
-//! Calibrates `Scene::model_for`: how far ideal gas and hydrostatic theory are off, and how long
-//! Monte Carlo plans have to be.
+//! Calibrates `Scene::model_for`: the errors of ideal gas and hydrostatic theory, and the lengths
+//! of Monte Carlo plans.
 //!
 //! Runs two dozen columns, writes `examples/paper/calibration/*.csv`, fits the constants of the
-//! estimates to these, and prints what is to stand in `src/model/constants.rs` (`--fit` does only
-//! this). `--references` measures the forty scenes of `tests/model_for.rs` instead, to which
-//! nothing is fitted, and writes `tests/reference/model_*.csv` of this package. Run it in the
+//! estimates to these files, and prints the constants for `src/model/constants.rs` (`--fit` does
+//! only this). `--references` measures the forty scenes of `tests/model_for.rs` instead, which are
+//! not used in the fit, and writes `tests/reference/model_*.csv` of this package. Run it in the
 //! directory of the repository.
 
 #[macro_use]
@@ -20,14 +20,13 @@ use paper::{Ending, Failure, Session, output, study};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Calibrates the estimates of `Scene::model_for`: some five minutes on one core.
+/// Calibrates the estimates of `Scene::model_for` (about five minutes on one core).
 #[derive(clap::Args, Debug)]
 struct Arguments {
-    /// Fits the constants to the calibration files that are there
+    /// Only fit the constants to existing calibration files
     #[arg(long, conflicts_with = "references")]
     fit: bool,
-    /// Measures the scenes of the test instead of those of the calibration: some five minutes as
-    /// well
+    /// Measure the scenes of the test instead of those of the calibration (about five minutes)
     #[arg(long)]
     references: bool,
 }
@@ -37,7 +36,7 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
-    // The repository, unless the numbers are worth nothing.
+    // The repository; the output directory for short runs.
     let usual = if session.short { session.directory.clone() } else { PathBuf::from(".") };
     let out = session.out.clone().unwrap_or(usual);
     if arguments.references {
@@ -49,7 +48,7 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     if !arguments.fit {
         measure::all(session)?.write(&directory)?;
     }
-    // From the files, whose digits are all that a test has.
+    // From the files, because the test has only their digits.
     let (fitted, quality) = fit::fit(&Data::read(&directory)?)?;
     println!("{fitted:#?}\nfor src/model/constants.rs; {quality:#?}");
     Ok(Ending::Finished)

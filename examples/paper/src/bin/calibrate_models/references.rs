@@ -1,4 +1,4 @@
-//! References of the scenes that nothing was fitted to, for `tests/model_for.rs`.
+//! References of the scenes that are not used in the fit, for `tests/model_for.rs`.
 
 use crate::reference::{Effort, Reference};
 use paper::calibration::scenes::{HeldOut, Parameters};

@@ -114,6 +114,9 @@ struct Arguments {
     /// The loop that is counted
     #[arg(long, value_enum, default_value_t = HotLoop::Dense)]
     of: HotLoop,
+    /// Instead, one line of the part sizes: of the largest system
+    #[arg(long, value_enum)]
+    alone: Option<sizes::Alone>,
     /// Directory for the picture
     #[arg(long, default_value = "out/throughput")]
     out: PathBuf,
@@ -159,6 +162,9 @@ fn main() -> Result<(), Failure> {
     let arguments = Arguments::parse();
     if let Some(sweeps) = arguments.count {
         return count(arguments.of, sweeps);
+    }
+    if let Some(of) = arguments.alone {
+        return sizes::alone(of, arguments.largest);
     }
     let wanted = |part: &str| part.contains(&arguments.part);
     if wanted("peers") {

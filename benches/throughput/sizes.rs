@@ -1,15 +1,17 @@
-//! Time per trial and per event over the number of spheres.
+//! Time per trial and per event, and memory, over the number of spheres.
 
 use crate::median;
+use clap::ValueEnum;
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
 use gradient_mc::temperature::Isothermal;
-use gradient_mc::{Scene, Simulation, Slab};
+use gradient_mc::{MoveCounts, Scene, Simulation, Slab};
 use paper::Failure;
 use paper::clock::process_cpu_seconds as cpu_seconds;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use paper::table::Table;
 use std::path::Path;
+use std::process::Command;
 
 /// The paper's column, on wider and wider bases.
 const COLUMN_DENSITY: f64 = 40.0;
@@ -22,36 +24,66 @@ fn memory() -> Option<f64> {
     Some(kibibytes / f64::from(1 << 20))
 }
 
+/// What is measured of a system.
+#[derive(ValueEnum, Debug, Clone, Copy)]
+pub(crate) enum Alone {
+    Local,
+    Chains,
+}
+
+/// Prints nanoseconds of CPU time per trial or event, and the largest memory so far.
+pub(crate) fn alone(of: Alone, particles: usize) -> Result<(), Failure> {
+    let width = (particles as f64 / COLUMN_DENSITY).sqrt();
+    let slab = Slab::new(400.0, width, width)?;
+    let scene = Scene::new(slab, particles, UniformField::default(), Isothermal::new(20.0)?)?;
+    let moves: Moves = match of {
+        Alone::Local => LocalMoves::new(0.5)?.into(),
+        Alone::Chains => EventChains::default().local_moves(None).into(),
+    };
+    let mut simulation = Simulation::builder(scene).moves(moves).seed(1).build()?;
+    let work = |move_counts: &MoveCounts| match of {
+        Alone::Local => move_counts.trials,
+        Alone::Chains => move_counts.events,
+    };
+    // The lattice of the start loosens; in the largest systems that is all there is time for.
+    simulation.equilibrate((4_000_000 / particles as u64).clamp(2, 20), &mut ())?;
+    let mut nanoseconds = Vec::new();
+    for _ in 0..3 {
+        let (start, before) = (cpu_seconds(), work(simulation.move_counts()));
+        let mut seconds = 0.0;
+        while seconds < 0.3 {
+            simulation.run(1, &mut ())?;
+            seconds = cpu_seconds() - start;
+        }
+        nanoseconds.push(1e9 * seconds / (work(simulation.move_counts()) - before) as f64);
+    }
+    println!("{} {}", median(nanoseconds), memory().unwrap_or(f64::NAN));
+    Ok(())
+}
+
+/// The same in a process of its own: what one simulation has freed stays with its process.
+fn measure(of: &str, particles: usize) -> Result<[f64; 2], Failure> {
+    let mut command = Command::new(std::env::current_exe()?);
+    let output = command.args(["--alone", of, "--largest", &particles.to_string()]).output()?;
+    let text = String::from_utf8(output.stdout)?;
+    let numbers: Vec<f64> = text.split_whitespace().map(str::parse).collect::<Result<_, _>>()?;
+    <[f64; 2]>::try_from(numbers).map_err(|_| format!("{of}, {particles} spheres: no result").into())
+}
+
 pub(crate) fn run(largest: usize, directory: &Path) -> Result<(), Failure> {
-    let mut table = Table::new(["spheres", "ns / trial", "ns / event", "largest memory so far, GiB"]);
+    let mut table = Table::new(["spheres", "ns / trial", "GiB", "ns / event", "GiB"]);
     let (mut trials, mut events) = (Vec::new(), Vec::new());
     let sizes = [10_000, 30_000, 100_000, 300_000, 1_000_000, 3_000_000, 10_000_000];
     for particles in sizes.into_iter().filter(|&particles| particles <= largest) {
-        let width = (particles as f64 / COLUMN_DENSITY).sqrt();
-        let slab = Slab::new(400.0, width, width)?;
-        let scene = Scene::new(slab, particles, UniformField::default(), Isothermal::new(20.0)?)?;
-        let time = |moves: Moves, work: &dyn Fn(&gradient_mc::MoveCounts) -> u64| -> Result<f64, Failure> {
-            let mut simulation = Simulation::builder(scene).moves(moves).seed(1).build()?;
-            // The lattice of the start loosens; in the largest systems that is all there is time for.
-            simulation.equilibrate((4_000_000 / particles as u64).clamp(2, 20), &mut ())?;
-            let mut nanoseconds = Vec::new();
-            for _ in 0..3 {
-                let (start, before) = (cpu_seconds(), work(simulation.move_counts()));
-                let mut seconds = 0.0;
-                while seconds < 0.3 {
-                    simulation.run(1, &mut ())?;
-                    seconds = cpu_seconds() - start;
-                }
-                nanoseconds.push(1e9 * seconds / (work(simulation.move_counts()) - before) as f64);
-            }
-            Ok(median(nanoseconds))
-        };
-        let trial = time(LocalMoves::new(0.5)?.into(), &|move_counts| move_counts.trials)?;
-        let event = time(EventChains::default().local_moves(None).into(), &|move_counts| move_counts.events)?;
+        let [trial, of_local] = measure("local", particles)?;
+        let [event, of_chains] = measure("chains", particles)?;
         trials.push((particles, trial));
         events.push((particles, event));
-        let memory = memory().map_or("?".into(), |memory| format!("{memory:.2}"));
-        table.row(&particles.to_string(), [format!("{trial:.1}"), format!("{event:.1}"), memory]);
+        let gibibytes = |memory: f64| format!("{memory:.2}");
+        table.row(
+            &particles.to_string(),
+            [format!("{trial:.1}"), gibibytes(of_local), format!("{event:.1}"), gibibytes(of_chains)],
+        );
     }
     println!("\nover the number of spheres: the column at T = 20, S = 0.5\n{table}");
     draw(&trials, &events, &directory.join("sizes"))?;

@@ -206,8 +206,7 @@ fn invert<E: EquationOfState + ?Sized>(
         let stable = factor > 0.0 && factor.is_finite() && slope > 0.0 && slope.is_finite();
         let residual = libm::log(eta * factor / target);
         let step = -residual / slope;
-        // The error that this step leaves is of the order of its square.
-        if stable && step.abs() < 1e-8 {
+        if stable && step.abs() < 1e-13 {
             let refined = eta * (1.0 + step);
             return (refined >= lowest * (1.0 - 1e-12)).then_some(refined);
         }

@@ -163,7 +163,8 @@ impl<'a> Means<'a> {
         // An approximate Z is sufficient for weights.
         let rough = Series::new(&[4.0, -2.0]);
         let mut equations = LeastSquares::new(terms);
-        for bin in some.filter(|&bin| self.paths[bin] > 0.0) {
+        // Where the smooth density is not above zero, a bin says nothing.
+        for bin in some.filter(|&bin| self.terms[bin] > 0.0) {
             let row = row(bin);
             let eta = self.terms[bin] / self.paths[bin];
             // The packing fraction, approximately, from the mean x of the first term η/(1 − η)³.

@@ -3,8 +3,9 @@
 //!
 //! Runs two dozen columns, writes `examples/paper/calibration/*.csv`, fits the constants of the
 //! estimates to these, and prints what is to stand in `src/model/constants.rs` (`--fit` does only
-//! this). `--references` measures the forty scenes of `tests/model_for.rs` instead, to which
-//! nothing is fitted, and writes `tests/reference/model_*.csv` of this package. Run it in the
+//! this). `--unseen 40` draws forty scenes to which nothing is fitted, instead, measures what is true
+//! of them, takes the models that are chosen for them, and counts how often they are right; it writes
+//! `examples/paper/tests/reference/model_*.csv`, which `tests/model_for.rs` reads. Run it in the
 //! directory of the repository.
 
 #[macro_use]
@@ -12,7 +13,7 @@ extern crate paper;
 
 mod measure;
 mod reference;
-mod references;
+mod unseen;
 
 use paper::calibration::data::Data;
 use paper::calibration::fit;
@@ -24,12 +25,12 @@ use std::process::ExitCode;
 #[derive(clap::Args, Debug)]
 struct Arguments {
     /// Fits the constants to the calibration files that are there
-    #[arg(long, conflicts_with = "references")]
+    #[arg(long, conflicts_with = "unseen")]
     fit: bool,
-    /// Measures the scenes of the test instead of those of the calibration: some five minutes as
-    /// well
-    #[arg(long)]
-    references: bool,
+    /// Judges the choices for so many scenes to which nothing was fitted, instead: forty take some
+    /// twenty minutes on one core
+    #[arg(long, value_name = "SCENES")]
+    unseen: Option<usize>,
 }
 
 fn main() -> ExitCode {
@@ -40,8 +41,8 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     // The repository, unless the numbers are worth nothing.
     let usual = if session.short { session.directory.clone() } else { PathBuf::from(".") };
     let out = session.out.clone().unwrap_or(usual);
-    if arguments.references {
-        references::make(&out.join("examples/paper/tests/reference"), session)?;
+    if let Some(scenes) = arguments.unseen {
+        unseen::judge_all(scenes, &out.join("examples/paper/tests/reference"), session)?;
         return Ok(Ending::Finished);
     }
     let directory = out.join("examples/paper/calibration");

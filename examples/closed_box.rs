@@ -1,6 +1,7 @@
-//! A closed box: a lid that carries a part of the pressure. Weightless, P is the same everywhere;
-//! with weight, P(base) − P(lid) is the weight of the column. Prints P at both walls and P/(nTZ) −
-//! 1 half way, with error bars. `cargo run --release --example closed_box`
+//! A closed box, whose lid carries a part of the pressure. Without a field, P is the same at all
+//! heights; with a field, P(base) − P(lid) is the weight of the column per area. Prints P at both
+//! walls and P/(nTZ) − 1 in the middle, with standard errors. `cargo run --release --example
+//! closed_box`
 
 use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::field::UniformField;
@@ -23,7 +24,7 @@ fn main() -> Result<(), Error> {
         let mut profile = Every::new(2, EquationOfStateProfile::new(&slab, Bins::of_width(0.5))?);
         simulation.run(5000, &mut (&mut walls, &mut profile))?;
 
-        // The weight above a height is measured; what the lid carries has to be added.
+        // The profile measures the weight above a height; the pressure on the lid is added.
         let (lid, base) = (walls.at(Wall::Lid)?, walls.at(Wall::Base)?);
         profile.observer.set_open_end_pressure(lid)?;
         let deviation = profile.observer.deviations_over(&[[7.0, 13.0]], &ModifiedKolafa)?[0];

@@ -1,7 +1,7 @@
-//! An equation of state of one's own: Z to the third virial coefficient, one method. The
-//! derivative, the chemical potential and the inverse come numerically. Prints the theory that it
-//! makes of a column beside that of the best equation, and a simulation. `cargo run --release
-//! --example own_equation_of_state`
+//! Your own equation of state: Z up to the third virial coefficient, in one method. Derivative,
+//! chemical potential and inverse are computed numerically. Prints the height of the center of mass
+//! by hydrostatics with this equation and with the best equation, and by a simulation. `cargo run
+//! --release --example own_equation_of_state`
 
 use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::field::UniformField;
@@ -10,7 +10,7 @@ use gradient_mc::observers::CenterOfMass;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{EquationOfState, Error, Scene, Simulation, Slab};
 
-/// Z = 1 + 4η + 10η²: exact in the dilute limit, too soft in a dense one.
+/// Z = 1 + 4η + 10η²: exact in the dilute limit, too small at high density.
 #[derive(Clone, Copy)]
 struct ThreeVirialCoefficients;
 
@@ -41,7 +41,8 @@ fn main() -> Result<(), Error> {
             best.center_of_mass(),
             center_of_mass.estimate()?
         );
-        // A theory has warnings too, such as a density beyond the domain of its equation.
+        // Theory profiles give warnings too, for example for a density outside the domain of the
+        // equation.
         let mut warnings = simulation.warnings();
         warnings.extend(own.warnings());
         for warning in warnings {

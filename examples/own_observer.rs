@@ -1,6 +1,6 @@
-//! An observer of one's own: the density of spheres that touch the base, with an error type of its
-//! own. The contact theorem is exact: the base carries the whole column, so n(½⁺) T = N/A in a
-//! uniform field, whatever the layers above do. `cargo run --release --example own_observer`
+//! Your own observer, with its own error type: the density of spheres in contact with the base. By
+//! the contact theorem n(½⁺) T = N/A exactly in a uniform field, because the base carries the whole
+//! column. `cargo run --release --example own_observer`
 
 use gradient_mc::field::UniformField;
 use gradient_mc::statistics::BlockAverages;
@@ -8,16 +8,17 @@ use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Error, Frame, Observer, ObserverError, Scene, Simulation, Slab, moves::LocalMoves};
 use std::fmt;
 
-/// Thickness of a layer: thin against the decay of the density at the wall.
+/// Thickness of a layer in diameters, much smaller than the decay length of the density at the
+/// wall.
 const LAYER: f64 = 0.05;
 
-/// Densities of three thin layers above contact with the base.
+/// Densities of three thin layers next to contact with the base.
 struct LayersAtBase {
     base_area: f64,
     densities: BlockAverages,
 }
 
-/// What this observer objects to.
+/// The error of this observer.
 #[derive(Debug)]
 struct AnotherSlab;
 
@@ -58,8 +59,8 @@ fn main() -> Result<(), Error> {
         simulation.equilibrate(2000, &mut ())?;
         simulation.run(100_000, &mut layers)?;
 
-        // The parabola with these means, at the wall; its error by the jackknife, since layers are
-        // correlated.
+        // The parabola with these means, extrapolated to contact. The jackknife gives its error,
+        // because the layers are correlated.
         let at_wall = |mean: &[f64]| [(11.0 * mean[0] - 7.0 * mean[1] + 2.0 * mean[2]) / 6.0];
         let contact = layers.densities.jackknife(at_wall)?[0];
         let exact = scene.column_density() / temperature;

@@ -1,5 +1,5 @@
-//! A field, a temperature, an equation of state and an observer of one's own in one run: a
-//! centrifuge, heated from below, compared with a theory. `cargo run --release --example own_parts`
+//! Your own field, temperature profile, equation of state and observer in one run: a centrifuge
+//! heated from below, compared with theory. `cargo run --release --example own_parts`
 
 use gradient_mc::observers::{Bins, EquationOfStateProfile};
 use gradient_mc::{EquationOfState, Error, Field, Frame, Observer, ObserverError, TemperatureProfile};
@@ -13,7 +13,7 @@ impl Field for Centrifuge {
     }
 }
 
-/// T falls from 10 at the plate towards 4 far above.
+/// T decreases from 10 at the base to 4 far above.
 struct HotPlate;
 impl TemperatureProfile for HotPlate {
     fn temperature(&self, height: f64) -> f64 {
@@ -29,7 +29,7 @@ impl EquationOfState for CarnahanStarling {
     }
 }
 
-/// The greatest height of any sphere so far.
+/// The largest height of any sphere so far.
 struct Highest(f64);
 impl Observer for Highest {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {

@@ -1,10 +1,10 @@
-//! Six temperatures on two threads to one table with error bars.
+//! A sweep over six temperatures on two threads, with one table of results.
 //!
 //! `cargo run --release --example parameter_sweep`
 //!
-//! Writes `out/parameter_sweep/center_of_mass.csv`: the height of the center of mass of a column
-//! against its temperature, with its standard error once from the blocks of all runs and once from
-//! the scatter of replicas, and what theory has.
+//! Writes `out/parameter_sweep/center_of_mass.csv`: the mean height of the center of mass of a
+//! column for each temperature, its standard error from blocks and from the scatter of replicas,
+//! and the height by theory.
 
 use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::field::UniformField;

@@ -1,4 +1,5 @@
-//! Scenes chosen at run time: several of different kinds in one `Vec`, each on a thread of its own.
+//! Scenes chosen at run time: different fields and temperatures in one `Vec`, each on its own
+//! thread.
 //!
 //! ```sh
 //! cargo run --release --example scene_at_run_time
@@ -33,7 +34,7 @@ fn temperature(text: &str) -> Result<Box<dyn TemperatureProfile>, Box<dyn std::e
     })
 }
 
-/// The name and up to two numbers; zero where there is none.
+/// The name and up to two numbers; missing numbers are 0.
 fn parts(text: &str) -> Result<(&str, [f64; 2]), std::num::ParseFloatError> {
     let mut parts = text.split(':');
     let name = parts.next().unwrap_or_default();
@@ -41,7 +42,8 @@ fn parts(text: &str) -> Result<(&str, [f64; 2]), std::num::ParseFloatError> {
     Ok((name, [number()?, number()?]))
 }
 
-/// One line about a scene: where its center of mass is, and whether its field was the right one.
+/// One line about a scene: mean height of its center of mass, and whether its effective field is
+/// self-consistent.
 fn measure(scene: ChosenScene) -> Result<String, Error> {
     let mut simulation = Simulation::builder(scene).seed(1).build()?;
     let mut center_of_mass = CenterOfMass::new();

@@ -1,8 +1,8 @@
-//! A column that falls, as trajectories for OVITO and others: `cargo run --release --example
+//! Trajectories of a column that relaxes, for OVITO and others: `cargo run --release --example
 //! trajectory`.
 //!
-//! Writes `column.xyz` and `column.gsd` to `out/trajectory`, or to the folder that is named as an
-//! argument, and starts again from the last frame.
+//! Writes `column.xyz` and `column.gsd` to `out/trajectory`, or to the folder given as argument,
+//! and starts another run from the last frame.
 
 use gradient_mc::field::UniformField;
 use gradient_mc::observers::{ExtendedXyz, Gsd};
@@ -20,14 +20,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let folder = PathBuf::from(std::env::args().nth(1).unwrap_or_else(|| "out/trajectory".to_owned()));
     fs::create_dir_all(&folder)?;
     let (text, binary) = (folder.join("column.xyz"), folder.join("column.gsd"));
-    // Of an earlier run.
+    // Removes the file of an earlier run.
     fs::remove_file(&binary).ok();
     let mut trajectory = Every::new(10, (ExtendedXyz::new(File::create(&text)?), Gsd::open(&binary)?));
     let mut simulation = Simulation::builder(scene).start(RandomInsertion::default()).seed(1).build()?;
     simulation.run(500, &mut trajectory)?;
     println!("50 frames in {} and {}", text.display(), binary.display());
 
-    // Another run from there; both formats are exact.
+    // Another run from the last frame; both formats are exact.
     let start = TrajectoryFrame::last(&binary)?;
     let again = Simulation::builder(scene).start(start).seed(2).build()?;
     assert_eq!(again.positions(), simulation.positions());

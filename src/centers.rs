@@ -4,8 +4,8 @@ use crate::configuration::Configuration;
 
 /// The centers of the spheres of a configuration, in diameters.
 ///
-/// The moves keep spheres sorted by place, not by number. Asking for heights in any order is cheap;
-/// positions in order are gathered once after a sweep, at the first request.
+/// Moves keep the spheres sorted by position, not by number. Heights in arbitrary order need no
+/// sorting; positions by number are sorted once after a sweep, at the first request.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Centers<'a>(Source<'a>);
 
@@ -36,7 +36,7 @@ impl<'a> Centers<'a> {
         }
     }
 
-    /// Calls `visit` with the height of each sphere, in an order that means nothing.
+    /// Calls `visit` with the height of each sphere, in arbitrary order.
     pub(crate) fn for_each_height(self, visit: impl FnMut(f64)) {
         match self.0 {
             Source::Configuration(configuration) => configuration.heights().for_each(visit),
@@ -45,7 +45,7 @@ impl<'a> Centers<'a> {
         }
     }
 
-    /// Positions x, y, z. A sphere keeps its place in this list for the whole run.
+    /// Positions x, y, z. The order of the spheres is the same during the whole run.
     pub(crate) fn positions(self) -> &'a [[f64; 3]] {
         match self.0 {
             Source::Configuration(configuration) => configuration.positions(),

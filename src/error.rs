@@ -6,25 +6,25 @@ use crate::numbers::figures;
 use std::fmt;
 use thiserror::Error;
 
-/// What can go wrong, with the numbers that say where and what to do.
+/// All errors of the library, with the numbers that show where and what is wrong.
 ///
-/// It prints as a sentence with `{}` and `{:?}` alike, which names its cause if it has one, so that
-/// `fn main() -> Result<(), gradient_mc::Error>` ends with it.
+/// Both `{}` and `{:?}` print one sentence that includes the cause. A program with `fn main() ->
+/// Result<(), gradient_mc::Error>` therefore ends with a readable message.
 #[derive(Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A number is outside the range in which it makes sense.
-    #[error("{name} = {value} is not usable: {requirement}", value = figures(*value))]
+    /// A parameter is outside its allowed range.
+    #[error("{name} = {value} is invalid: {requirement}", value = figures(*value))]
     #[non_exhaustive]
     InvalidParameter {
-        /// Name of the parameter, in the words of the documentation.
+        /// Name of the parameter, as in the documentation.
         name: &'static str,
-        /// The value that was given.
+        /// The value given.
         value: f64,
         /// What the value must satisfy.
         requirement: &'static str,
     },
-    /// A slab side is too short for the minimum-image convention or for a single sphere.
+    /// The slab is too narrow for the minimum-image convention, or too low for a sphere.
     #[error(
         "the slab is {extent} diameters in {direction}, but at least {minimum} are needed: enlarge it",
         extent = figures(*extent), minimum = figures(*minimum)
@@ -33,38 +33,38 @@ pub enum Error {
     SlabTooSmall {
         /// Axis: `x` (height), `y` or `z`.
         direction: char,
-        /// The extent that was given, in diameters.
+        /// The extent given, in diameters.
         extent: f64,
-        /// The smallest extent allowed.
+        /// The smallest extent allowed, in diameters.
         minimum: f64,
     },
-    /// A slab whose cell list would not fit in memory.
+    /// The slab is too large: its cell list would need too much memory.
     #[error(
         "the slab has a volume of {volume} cubic diameters, above the limit of {limit}: \
-         lower the lid or take a smaller base", volume = figures(*volume), limit = figures(*limit)
+        lower the lid or use a smaller base", volume = figures(*volume), limit = figures(*limit)
     )]
     #[non_exhaustive]
     SlabTooLarge {
-        /// Volume that was given, in cubic diameters.
+        /// The volume given, in cubic diameters.
         volume: f64,
-        /// The largest volume allowed.
+        /// The largest volume allowed, in cubic diameters.
         limit: f64,
     },
-    /// More spheres than close packing admits.
+    /// The number of spheres is above close packing.
     #[error(
         "{particles} spheres fill {packing_fraction:.4} of the slab, above close packing 0.7405: \
-         at most {capacity} could fit; take fewer spheres or a larger slab"
+         at most {capacity} could fit; use fewer spheres or a larger slab"
     )]
     #[non_exhaustive]
     TooManyParticles {
-        /// Number of spheres that was asked for.
+        /// Number of spheres requested.
         particles: usize,
-        /// Packing fraction that they would have.
+        /// Their packing fraction in this slab.
         packing_fraction: f64,
         /// Upper bound on the number of spheres in this slab.
         capacity: usize,
     },
-    /// A field is not finite at some height of the slab.
+    /// Acceleration or potential of the field are not finite at some height of the slab.
     #[error(
         "the field gives acceleration {acceleration} and potential {potential} at height {height}: \
          both must be finite over the whole slab",
@@ -72,31 +72,31 @@ pub enum Error {
     )]
     #[non_exhaustive]
     InvalidField {
-        /// Height of the offending value.
+        /// Height, in diameters.
         height: f64,
         /// Acceleration there.
         acceleration: f64,
         /// Potential there.
         potential: f64,
     },
-    /// A field's potential is not the integral of its acceleration.
+    /// The potential of the field is not the integral of its acceleration.
     #[error(
         "around height {height} the field's potential rises by {potential_difference}, but its \
          acceleration integrates to {acceleration_integral}: `potential` must be the integral of \
-         `acceleration`; implement only `potential` to have the other derived",
+         `acceleration`; implement only `potential` to use its numerical derivative",
         height = figures(*height), potential_difference = figures(*potential_difference),
         acceleration_integral = figures(*acceleration_integral)
     )]
     #[non_exhaustive]
     InconsistentField {
-        /// Middle of the interval that was compared.
+        /// Middle of the interval that was compared, in diameters.
         height: f64,
         /// Difference of the potential over the interval.
         potential_difference: f64,
         /// Integral of the acceleration over the interval.
         acceleration_integral: f64,
     },
-    /// A temperature is not positive and finite at some height of the slab.
+    /// The temperature is not positive and finite at some height of the slab.
     #[error(
         "the temperature is {temperature} at height {height}: it must be positive and finite over the \
          whole slab; lower the lid or change the profile",
@@ -104,101 +104,100 @@ pub enum Error {
     )]
     #[non_exhaustive]
     InvalidTemperature {
-        /// Height of the offending value.
+        /// Height, in diameters.
         height: f64,
         /// Temperature there.
         temperature: f64,
     },
-    /// A profile that says that it is constant is not.
+    /// `TemperatureProfile::constant` returns a temperature, but the profile is not constant.
     #[error(
-        "the temperature is {temperature} at height {height}, but `constant` says that it is {constant} everywhere: \
-         leave `constant` out",
+        "the temperature is {temperature} at height {height}, but `constant` returns {constant} for all heights: \
+        do not implement `constant` for a profile that varies",
         height = figures(*height), temperature = figures(*temperature), constant = figures(*constant)
     )]
     #[non_exhaustive]
     InconsistentTemperature {
-        /// Height that was probed.
+        /// Height, in diameters.
         height: f64,
         /// Temperature there.
         temperature: f64,
-        /// Temperature that it should have everywhere.
+        /// Temperature that `constant` returns.
         constant: f64,
     },
-    /// A scheme whose steady state depends on the moves was given others than it stands for.
+    /// The scheme does not accept the moves, because its steady state depends on the moves.
     #[error(
-        "this scheme does not take {moves}, because its steady state depends on the moves: take LocalMoves, as the paper has, \
-         or allow all by `Instantaneous::any_moves`"
+        "this scheme does not take {moves}, because its steady state depends on the moves: use LocalMoves, as in the paper, \
+        or allow all moves by `Instantaneous::any_moves`"
     )]
     #[non_exhaustive]
     UnsuitableMoves {
-        /// The moves.
+        /// Name of the moves.
         moves: &'static str,
     },
-    /// The reduced potential of a scene is not finite at some height.
+    /// The reduced potential of the scene is not finite at some height.
     #[error(
         "the reduced potential is {potential} at height {height}: {cause}",
         height = figures(*height), potential = figures(*potential),
         cause = if potential.is_nan() {
-            "field or temperature are no numbers there"
+            "field or temperature are not a number there"
         } else {
-            "the scene is too steep there"
+            "field or temperature are too steep there"
         }
     )]
     #[non_exhaustive]
     InvalidPotential {
-        /// Height of the offending value.
+        /// Height, in diameters.
         height: f64,
         /// Reduced potential there.
         potential: f64,
     },
-    /// The reduced force is not finite, or larger than probes had found: event chains cannot be
-    /// driven.
+    /// The reduced force is not finite, or larger than its bound, at some height. Event chains
+    /// cannot run there.
     #[error(
-        "the reduced force is {force} at height {height}, where its magnitude was bounded by {bound}: \
-         smooth the field or temperature there, or use local moves"
+        "the reduced force is {force} at height {height}, above the bound {bound} of its magnitude from \
+        nearby heights: smooth the field or temperature there, or use local moves"
     )]
     #[non_exhaustive]
     InvalidForce {
-        /// Height of the offending value.
+        /// Height, in diameters.
         height: f64,
         /// Reduced force u' there, in inverse diameters.
         force: f64,
-        /// Bound of its magnitude, from probes around it.
+        /// Bound of its magnitude, from nearby heights.
         bound: f64,
     },
-    /// An event chain went from sphere to sphere, or was stopped by the field, without getting
-    /// ahead.
+    /// An event chain made very many events without moving ahead.
     #[error(
-        "an event chain of {length} diameters is stuck after {path}: {cause}",
+        "an event chain of {length} diameters is stuck after a path of {path} diameters: {cause}",
         length = figures(*length), path = figures(*path),
         cause = if *field_events >= HELD_BY_FIELD {
-            "the field stops it at once wherever it goes: take shorter chains, or equilibrate, which tunes their length, \
-             or LocalMoves::tuned"
+            "the field stops it at once at every sphere: use shorter chains, equilibrate first, which tunes their \
+            length, or use LocalMoves::tuned"
         } else {
-            "spheres touch all along its way; loosen the packing, or equilibrate longer before measuring"
+            "the spheres on its path touch each other: loosen the packing, or equilibrate longer"
         }
     )]
     #[non_exhaustive]
     ChainStuck {
-        /// Length that the chain was to have, in diameters.
+        /// Intended length of the chain, in diameters.
         length: f64,
-        /// Path that it made.
+        /// Length of its path so far, in diameters.
         path: f64,
-        /// How often the field stopped it since it last got ahead.
+        /// Number of field events since the chain last moved ahead by a diameter.
         field_events: u32,
     },
-    /// A profile of bins was asked for that has no bins, or too many to be sensible.
-    #[error("{bins} bins over {extent} diameters is not usable: take between 1 and {maximum}", extent = figures(*extent))]
+    /// The number of bins is zero or too large.
+    #[error("{bins} bins over {extent} diameters are invalid: use between 1 and {maximum}", extent = figures(*extent))]
     #[non_exhaustive]
     InvalidBins {
-        /// Number of bins that was asked for.
+        /// Number of bins requested.
         bins: usize,
-        /// Range to be divided.
+        /// Range divided into bins, in diameters.
         extent: f64,
         /// Largest number allowed.
         maximum: usize,
     },
-    /// Two given spheres overlap.
+    /// Two spheres of the given positions overlap.
     #[error(
         "spheres {first} and {second} overlap: their centers are {distance} diameters apart, less than 1",
         distance = figures(*distance)
@@ -212,7 +211,7 @@ pub enum Error {
         /// Distance of their centers.
         distance: f64,
     },
-    /// A given sphere lies outside the slab, or a coordinate is not a number.
+    /// A sphere of the given positions is outside the slab, or a coordinate is not a number.
     #[error(
         "sphere {index} has {axis} = {value}, outside [{lowest}, {highest}]: \
          move it inside (centers stay half a diameter off the walls)",
@@ -231,8 +230,8 @@ pub enum Error {
         /// Largest value allowed.
         highest: f64,
     },
-    /// The number of positions is not the number of spheres of the scene.
-    #[error("{found} positions were given for {expected} spheres")]
+    /// The number of positions differs from the number of spheres of the scene.
+    #[error("{found} positions were given, but the scene has {expected} spheres")]
     #[non_exhaustive]
     WrongParticleCount {
         /// Number of spheres of the scene.
@@ -240,7 +239,7 @@ pub enum Error {
         /// Number of positions given.
         found: usize,
     },
-    /// Random sequential insertion found no room for the next sphere.
+    /// Random sequential insertion found no free place for the next sphere.
     #[error(
         "random insertion placed {placed} of {requested} spheres (packing fraction {packing_fraction:.3}) \
          and then failed {attempts} times: start from the theory profile or a close-packed crystal instead"
@@ -249,45 +248,45 @@ pub enum Error {
     InsertionFailed {
         /// Spheres placed.
         placed: usize,
-        /// Spheres wanted.
+        /// Spheres requested.
         requested: usize,
-        /// Failed attempts at the last sphere.
+        /// Failed attempts to place the next sphere.
         attempts: usize,
-        /// Packing fraction reached in the region that was being filled.
+        /// Packing fraction reached in the region to be filled.
         packing_fraction: f64,
     },
-    /// A lattice start ran out of sites.
+    /// The lattice of a close-packed start has fewer sites than the scene has spheres.
     #[error(
         "the lattice that fits this slab has {sites} sites for {particles} spheres: \
-         take fewer spheres or a larger slab"
+        use fewer spheres or a larger slab"
     )]
     #[non_exhaustive]
     LatticeFull {
         /// Sites available.
         sites: usize,
-        /// Spheres wanted.
+        /// Spheres requested.
         particles: usize,
     },
-    /// No packing fraction gives the pressure that the column exerts.
+    /// The equation of state does not reach the pressure of the column.
     #[error(
-        "the equation of state has no state with P/T = {reduced_pressure} (met at height {height}): use one whose \
-         domain reaches {remedy}",
+        "the equation of state has no state with P/T = {reduced_pressure} (needed at height {height}): use one whose \
+        domain reaches {remedy}",
         height = figures(*height), reduced_pressure = figures(*reduced_pressure),
         remedy = match side {
-            DomainSide::Above => "higher, or a lighter column",
-            DomainSide::Below => "lower, such as FluidSolid, or a lid where it ends",
+            DomainSide::Above => "higher, or use a lighter column",
+            DomainSide::Below => "lower, such as FluidSolid, or put the lid where the domain ends",
         }
     )]
     #[non_exhaustive]
     EquationOfStateExhausted {
-        /// Height at which the state was needed.
+        /// Height at which the state is needed.
         height: f64,
         /// Pressure over temperature, in inverse cubic diameters.
         reduced_pressure: f64,
-        /// Whether it is above all that the equation has, or below.
+        /// Whether it is above or below the domain of the equation.
         side: DomainSide,
     },
-    /// A column that is open at the top does not end.
+    /// A column without a lid does not end.
     #[error(
         "an open column in this field still holds pressure {pressure} at height {height}: \
          the field must point down far above the bed, or the column needs a lid",
@@ -307,104 +306,106 @@ pub enum Error {
     )]
     #[non_exhaustive]
     HydrostaticsNotConverged {
-        /// Height at which the solver gave up, or the base.
+        /// Height at which the solver stopped, or the base.
         height: f64,
         /// Residual reached.
         residual: f64,
     },
-    /// A density functional was asked for a column that freezes.
+    /// A density functional of the fluid was used for a column that freezes.
     #[error(
-        "at height {height} the fluid freezes, with packing fractions up to {packing_fraction}: a functional of the fluid does not \
-         know the crystal; simulate, or take a lighter or hotter column", height = figures(*height)
+        "at height {height} the fluid freezes, with packing fractions up to {packing_fraction}: \
+        a functional of the fluid does not describe the crystal; simulate, or use a lighter or hotter column", height = figures(*height)
     )]
     #[non_exhaustive]
     BeyondFreezing {
-        /// Lowest height where it freezes.
+        /// Lowest height at which it freezes.
         height: f64,
         /// The largest packing fraction of the uniform fluid.
         packing_fraction: f64,
     },
-    /// The density of a functional changes faster than its polynomials follow.
+    /// The density of a functional changes too fast for its grid.
     #[error(
-        "around height {height} the density is not smooth, by {tail:e} of itself: field or temperature are discontinuous or too \
-         steep there for the grid of a density functional", height = figures(*height)
+        "around height {height} the density is not smooth on the grid of a density functional (relative error {tail:e}): \
+        field or temperature are discontinuous or too steep there", height = figures(*height)
     )]
     #[non_exhaustive]
     FunctionalTooSteep {
-        /// Start of the worst panel.
+        /// Lower end of the worst panel of the grid.
         height: f64,
-        /// What is left at the end of its series, over its mean.
+        /// Last coefficients of the series of the density, relative to its mean.
         tail: f64,
     },
-    /// The iteration for the density of a functional found no fixed point.
+    /// The iteration for the density of a functional did not converge.
     #[error(
-        "the density functional has residual {residual:e} after {iterations} iterations: no stable fluid, or too steep a field"
+        "the density functional has residual {residual:e} after {iterations} iterations: \
+        the fluid is not stable, or the field is too steep"
     )]
     #[non_exhaustive]
     FunctionalNotConverged {
-        /// Iterations made.
+        /// Number of iterations.
         iterations: u32,
-        /// What is left of ln n, root mean square weighted by n.
+        /// Residual of ln n, root mean square weighted by n.
         residual: f64,
     },
-    /// An estimate was asked of too few data.
+    /// There are too few data for an estimate.
     #[error(
         "{what}: {available} are too few, at least {needed} are needed: run longer or observe more often"
     )]
     #[non_exhaustive]
     TooFewObservations {
-        /// What is too few, and for what.
+        /// The kind of data, and the estimate that needs it.
         what: &'static str,
-        /// Observations made.
+        /// Number of data.
         available: usize,
-        /// Observations needed.
+        /// Number needed.
         needed: usize,
     },
-    /// A series whose end is not a steady state, as far as it can tell.
+    /// A series does not reach a steady state.
     #[error(
-        "no steady state in {observations} observations: from the {start}th on, which is best, only \
-         {effective_sample_size:.1} are independent; run longer, or start nearer to the steady state"
+        "no steady state in {observations} observations: after the best cut, at observation {start}, the effective number of \
+        independent ones is only {effective_sample_size:.1}; run longer, or start nearer to the steady state"
     )]
     #[non_exhaustive]
     NotEquilibrated {
         /// Length of the series.
         observations: usize,
-        /// Where the steady state would begin if there were one.
+        /// Best cut: index of the first observation that is kept.
         start: usize,
-        /// Independent observations from there on.
+        /// Effective number of independent observations after the cut.
         effective_sample_size: f64,
     },
-    /// An observer of one run was shown a frame of another: of another scene, or of a run that
-    /// starts anew, whose sweeps do not go on where they were.
+    /// An observer that samples one run was used in another: in another scene, or in a run whose
+    /// sweep numbers do not continue those of the first.
     #[error(
-        "an observer looks at one run, but the {what} was {seen} and is now {shown}: take an observer of its own for \
-         another run, and pool them with `Merge`", seen = figures(*seen), shown = figures(*shown)
+        "an observer samples one run only, but the {what} was {seen} and is now {shown}: use a new observer for \
+        each run, and pool them with `Merge`", seen = figures(*seen), shown = figures(*shown)
     )]
     #[non_exhaustive]
     AnotherRun {
-        /// What differs: a length of the slab, the number of spheres, field or temperature at some
-        /// height, or the number of the sweep, which did not increase.
+        /// Name of the quantity that differs: a length of the slab, the number of spheres, field or
+        /// temperature at some height, or the number of the sweep.
         what: &'static str,
-        /// Its value in the frames before.
+        /// Its value in the frames so far.
         seen: f64,
-        /// Its value in the frame that was refused.
+        /// Its value in the refused frame.
         shown: f64,
     },
-    /// A frame of a trajectory cannot be started from.
+    /// A simulation cannot start from the frame of a trajectory.
     #[error(transparent)]
     Trajectory(#[from] crate::start::TrajectoryError),
-    /// A start, a scheme or an adaptation of a user's own failed with an error of its own.
+    /// An error of a start, a scheme or an adaptation that the user has implemented.
     #[error(transparent)]
     Custom(Box<dyn std::error::Error + Send + Sync>),
-    /// An observer failed; its own error is the source.
+    /// An observer failed. Its own error is the source.
     #[error("{who} failed after sweep {sweep}: {source}", who = describe(position, name))]
     #[non_exhaustive]
     Observer {
-        /// Sweeps completed when it failed.
+        /// Number of complete sweeps at the failure.
         sweep: u64,
-        /// Its index in the tuple of observers, and in each tuple inside; empty for one alone.
+        /// Index of the observer in the tuple of observers, and in each nested tuple; empty for a
+        /// single observer.
         position: Vec<usize>,
-        /// Its type.
+        /// Type of the observer.
         name: &'static str,
         /// The observer's own error.
         #[source]
@@ -414,45 +415,46 @@ pub enum Error {
     #[cfg(feature = "csv")]
     #[error("the table cannot be written: {source}")]
     Write {
-        /// What the writer returned.
+        /// Error of the writer.
         #[source]
         source: std::io::Error,
     },
-    /// A checkpoint is of another run, or of another observer, than what is to go on.
+    /// A checkpoint belongs to another run or to another observer than those to be continued.
     #[cfg(feature = "checkpoint")]
-    #[error("the checkpoint is of another run: {what} was {saved}, and is {given} here")]
+    #[error("the checkpoint is of another run: {what} was {saved} there and is {given} here")]
     #[non_exhaustive]
     CheckpointMismatch {
-        /// What differs.
+        /// Name of the item that differs.
         what: String,
-        /// What it is in the checkpoint.
+        /// Its value in the checkpoint.
         saved: String,
-        /// What it is in the program that reads it.
+        /// Its value in the program that reads the checkpoint.
         given: String,
     },
-    /// A checkpoint is not as it was written.
+    /// A checkpoint is damaged.
     #[cfg(feature = "checkpoint")]
     #[error("the checkpoint is damaged: {what}")]
     #[non_exhaustive]
     CheckpointDamaged {
-        /// What is wrong, or the name of the item that makes no sense.
+        /// What is wrong, or the name of the invalid item.
         what: String,
     },
-    /// A checkpoint of another version of the format.
+    /// A checkpoint has another version of the format.
     #[cfg(feature = "checkpoint")]
     #[error(
-        "the checkpoint has format {found}, and this program reads format {known}: finish the run with that which wrote it"
+        "the checkpoint has format {found}, and this program reads format {known}: \
+        finish the run with the program that wrote it"
     )]
     #[non_exhaustive]
     CheckpointVersion {
         /// Version of the file.
         found: u32,
-        /// The version that can be read.
+        /// The version that this program reads.
         known: u32,
     },
-    /// Two checkpoints to be pooled are of one seed, so of one run.
+    /// Two checkpoints to be pooled have the same seed, so they are of the same run.
     #[cfg(feature = "checkpoint")]
-    #[error("{} and {} are of the same seed {seed}: the one run would count twice", paths[0].display(), paths[1].display())]
+    #[error("{} and {} have the same seed {seed}: the same run would count twice", paths[0].display(), paths[1].display())]
     #[non_exhaustive]
     SameSeed {
         /// The seed.
@@ -460,37 +462,36 @@ pub enum Error {
         /// Both files.
         paths: [std::path::PathBuf; 2],
     },
-    /// A file of a checkpoint cannot be written or read; the source says why.
+    /// A file of a checkpoint cannot be written or read. The source is the cause.
     #[cfg(feature = "checkpoint")]
     #[error("{}", path.display())]
     #[non_exhaustive]
     CheckpointFile {
         /// The file, or the folder.
         path: std::path::PathBuf,
-        /// What the system said, or what is wrong with the file.
+        /// Error of the system, or what is wrong with the file.
         #[source]
         source: Box<dyn std::error::Error + Send + Sync>,
     },
-    /// One of several replicas failed; its own error is the source.
+    /// One of several replicas failed. Its own error is the source.
     #[error("replica {replica}, of seed {seed}, failed: {source}")]
     Replica {
         /// Its number, from 0.
         replica: usize,
         /// Its seed.
         seed: u64,
-        /// What went wrong in it.
+        /// Error of the replica.
         #[source]
         source: Box<dyn std::error::Error + Send + Sync>,
     },
 }
 
-/// The sentence.
+/// The same sentence as `Display`.
 impl fmt::Debug for Error {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         fmt::Display::fmt(self, formatter)
     }
 }
 
-/// A chain that the field has stopped as often within a diameter is held by the field, whatever
-/// else it meets.
+/// With at least this number of field events within a diameter, the field is reported as the cause.
 const HELD_BY_FIELD: u32 = 100;

@@ -1,10 +1,10 @@
-//! Which of several observers failed.
+//! The error of one observer of several.
 
 use crate::{Error, ObserverError};
 use std::any::type_name;
 use std::fmt;
 
-/// What a tuple of observers returns: which of them failed, and its own error.
+/// Error of a tuple of observers: which of them failed, and its error.
 #[derive(Debug)]
 pub(crate) struct FailedObserver {
     position: Vec<usize>,
@@ -13,7 +13,7 @@ pub(crate) struct FailedObserver {
 }
 
 impl FailedObserver {
-    /// The failure of an observer `O`, which may be a tuple that says which of its own it was.
+    /// The failure of an observer `O`. If `O` is a tuple, the error names the observer inside.
     fn of<O: ?Sized>(error: ObserverError) -> Self {
         match error.downcast::<Self>() {
             Ok(inside) => *inside,
@@ -23,14 +23,15 @@ impl FailedObserver {
         }
     }
 
-    /// The failure of the observer `O` at a place in a tuple.
+    /// The failure of the observer `O` at index `place` of a tuple.
     pub(crate) fn at<O: ?Sized>(place: usize, error: ObserverError) -> Self {
         let mut failed = Self::of::<O>(error);
         failed.position.insert(0, place);
         failed
     }
 
-    /// The failure of one of those who look at a simulation, of whom the last is the user's.
+    /// The failure of an observer of a simulation. The observer of the user is the last of the
+    /// tuple there.
     pub(crate) fn after(sweep: u64, error: ObserverError) -> Error {
         let Self { mut position, name, source } = Self::of::<()>(error);
         position.drain(..1.min(position.len()));
@@ -50,7 +51,7 @@ impl std::error::Error for FailedObserver {
     }
 }
 
-/// As in a message.
+/// The observer, as in messages.
 pub(crate) fn describe(position: &[usize], name: &str) -> String {
     if position.is_empty() {
         return format!("the observer {name}");

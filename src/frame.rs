@@ -1,4 +1,4 @@
-//! What whoever looks at a run is shown after a sweep.
+//! The frame: the state of a run that observers get after a sweep.
 
 use crate::centers::Centers;
 use crate::scene::AnyScene;
@@ -6,17 +6,17 @@ use crate::{Field, Slab, TemperatureProfile};
 use nalgebra::Vector3;
 use std::fmt;
 
-/// What part of a run a sweep belongs to.
+/// The phase of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub enum Phase {
-    /// Before the measurement: a drive may adapt.
+    /// Before production: the scheme may change the effective field.
     Equilibration,
-    /// The measurement.
+    /// The measurement, in a constant field.
     Production,
 }
 
-/// The reduced potential in force, whatever the types of scene and drive.
+/// The current reduced potential, independent of the types of scene and drive.
 pub(crate) trait InForce: Sync {
     fn reduced_potential(&self, height: f64) -> f64;
     fn reduced_force(&self, height: f64) -> f64;
@@ -24,7 +24,7 @@ pub(crate) trait InForce: Sync {
     fn open_end_pressure(&self) -> f64;
 }
 
-/// No potential, changed so many times: for tests of what does not look at it.
+/// No potential, with a given generation; for tests that do not depend on it.
 #[cfg(test)]
 pub(crate) struct Still(pub(crate) u64);
 
@@ -44,7 +44,7 @@ impl InForce for Still {
     }
 }
 
-/// A configuration as an observer sees it, after a whole number of sweeps.
+/// A configuration after a complete sweep, with the data of the run that observers need.
 #[derive(Clone, Copy)]
 pub struct Frame<'a> {
     pub(crate) scene: AnyScene<'a>,
@@ -69,7 +69,7 @@ impl fmt::Debug for Frame<'_> {
 }
 
 impl<'a> Frame<'a> {
-    /// What is simulated.
+    /// The scene that is simulated.
     #[must_use]
     pub fn scene(&self) -> &AnyScene<'a> {
         &self.scene
@@ -99,41 +99,41 @@ impl<'a> Frame<'a> {
         self.centers.count()
     }
 
-    /// Centers of the spheres in diameters, x up, y and z inside the periodic widths. A sphere
-    /// keeps its place in this order for the whole run.
+    /// Centers of the spheres in diameters: x is the height, y and z are inside the periodic
+    /// widths. The order of the spheres is the same during the whole run.
     #[must_use]
     pub fn positions(&self) -> impl ExactSizeIterator<Item = Vector3<f64>> + Clone + 'a {
         self.centers.positions().iter().map(|&[x, y, z]| Vector3::new(x, y, z))
     }
 
-    /// Heights of the centers, in the order of [`positions`](Self::positions).
+    /// Heights of the centers, in diameters, in the order of [`positions`](Self::positions).
     #[must_use]
     pub fn heights(&self) -> impl ExactSizeIterator<Item = f64> + Clone + 'a {
         self.centers.positions().iter().map(|position| position[0])
     }
 
-    /// Calls `visit` with the height of each sphere, in an order that means nothing.
+    /// Calls `visit` with the height of each sphere, in arbitrary order.
     ///
-    /// Moves keep spheres sorted by place. The first who asks for [`positions`](Self::positions) or
-    /// [`heights`](Self::heights) after a sweep has them put in order of number; this does without.
+    /// This is faster than [`heights`](Self::heights): moves keep the spheres sorted by position,
+    /// and the first call of [`positions`](Self::positions) or [`heights`](Self::heights) after a
+    /// sweep sorts them by number.
     pub fn for_each_height(&self, visit: impl FnMut(f64)) {
         self.centers.for_each_height(visit);
     }
 
-    /// The reduced potential u = U/T in which the sweep was made, at `height`. Only differences
-    /// matter.
+    /// The reduced potential u = U/T of this sweep at `height`, up to a constant.
     #[must_use]
     pub fn reduced_potential(&self, height: f64) -> f64 {
         self.potential.reduced_potential(height)
     }
 
-    /// u' in inverse diameters, at `height`.
+    /// The reduced force u' = du/dx at `height`, in inverse diameters.
     #[must_use]
     pub fn reduced_force(&self, height: f64) -> f64 {
         self.potential.reduced_force(height)
     }
 
-    /// Number of times that u has changed so far.
+    /// Number of changes of u so far.
     #[must_use]
     pub fn generation(&self) -> u64 {
         self.potential.generation()
@@ -145,32 +145,32 @@ impl<'a> Frame<'a> {
         self.potential.open_end_pressure()
     }
 
-    /// Sweeps since the simulation was built, equilibration included.
+    /// Number of sweeps since the simulation was built, equilibration included.
     #[must_use]
     pub fn sweep(&self) -> u64 {
         self.sweep
     }
 
-    /// The part of the run that the sweep belongs to.
+    /// The phase of the run.
     #[must_use]
     pub fn phase(&self) -> Phase {
         self.phase
     }
 
-    /// Sweeps since that part began: 1 after its first.
+    /// Number of sweeps since this phase began: 1 after its first sweep.
     #[must_use]
     pub fn sweep_of_phase(&self) -> u64 {
         self.sweep_of_phase
     }
 
-    /// Trials and acceptances since the simulation was built.
+    /// Counts of the moves tried and accepted since the simulation was built.
     #[must_use]
     pub fn move_counts(&self) -> &'a MoveCounts {
         self.move_counts
     }
 }
 
-/// Counts of moves and what became of them, since the simulation was built.
+/// Counts of moves tried and accepted since the simulation was built.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -179,32 +179,34 @@ pub struct MoveCounts {
     pub trials: u64,
     /// Local moves accepted.
     pub accepted: u64,
-    /// Local moves rejected because they would leave the domain in which a sweep moves their sphere
-    /// ([`LocalMoves`](crate::moves::LocalMoves)): none in a small system.
+    /// Local moves rejected because they leave the domain in which a sweep moves the sphere
+    /// ([`LocalMoves`](crate::moves::LocalMoves)); 0 in a small system.
     pub left_domain: u64,
-    /// Event chains run to their full length.
+    /// Event chains completed.
     pub chains: u64,
-    /// Events that ended a straight piece of an event chain: a collision, a wall, or the field.
+    /// Events of event chains: collisions, walls and field events. Each ends a straight piece of a
+    /// chain.
     pub events: u64,
-    /// Sweeps that ended with an error before all of their moves were made. What they made is
+    /// Sweeps that an error ended before all of their moves were made. The moves they made are
     /// counted above.
     pub incomplete_sweeps: u64,
 }
 
 impl MoveCounts {
-    /// Fraction of trial moves that were accepted; NaN before the first.
+    /// Acceptance: the fraction of trial moves that were accepted; NaN before the first trial.
     #[must_use]
     pub fn acceptance(&self) -> f64 {
         self.accepted as f64 / self.trials as f64
     }
 
-    /// Displacements of single spheres: accepted moves, and straight pieces of event chains.
+    /// Number of displacements of single spheres: accepted moves and straight pieces of event
+    /// chains.
     #[must_use]
     pub fn displacements(&self) -> u64 {
         self.accepted + self.events + self.chains
     }
 
-    /// What was counted since an earlier one of the same run; zero if it is not earlier.
+    /// The counts since `earlier`, a value of the same run; 0 where `earlier` is larger.
     #[must_use]
     pub fn since(&self, earlier: &Self) -> Self {
         Self {

@@ -1,9 +1,9 @@
-//! The file format GSD, version 2, as far as trajectories need it: <https://gsd.readthedocs.io>,
-//! "File layer".
+//! The part of the file format GSD, version 2, that trajectories need:
+//! <https://gsd.readthedocs.io>, "File layer".
 //!
-//! A header tells where two blocks are: the index, an entry of 32 bytes for each chunk of data,
-//! ordered by frame and name, ended by one that is all zeros; and the names, ended by zeros as
-//! well. All numbers are little-endian.
+//! The header gives the positions of two blocks. The index has an entry of 32 bytes for each chunk
+//! of data, ordered by frame and name, and ends with an entry of zeros. The list of names ends with
+//! zeros too. All numbers are little-endian.
 
 /// The first eight bytes of a file.
 pub(crate) const MAGIC: [u8; 8] = 0x65df_65df_65df_65df_u64.to_le_bytes();
@@ -11,12 +11,13 @@ pub(crate) const MAGIC: [u8; 8] = 0x65df_65df_65df_65df_u64.to_le_bytes();
 pub(crate) const HEADER: usize = 256;
 /// Bytes of an entry of the index.
 pub(crate) const ENTRY: usize = 32;
-/// The block of names is counted in pieces of so many bytes.
+/// The size of the list of names is given in units of this number of bytes.
 pub(crate) const NAME: usize = 64;
-/// What the chunks mean: this schema, from version 1.4.
+/// Schema that defines the meaning of the chunks, version 1.4.
 pub(crate) const SCHEMA: &[u8] = b"hoomd";
 
-/// A kind of chunk, named by the schema `hoomd`; names that begin with `log/` are the writer's own.
+/// A kind of chunk, named by the schema `hoomd`. Names that begin with `log/` are extensions of the
+/// writer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Chunk {
     pub(crate) name: &'static str,
@@ -52,12 +53,12 @@ const fn chunk(name: &'static str, element: Element, columns: u32) -> Chunk {
 
 /// Number of the sweep.
 pub(crate) const STEP: Chunk = chunk("configuration/step", Element::Long, 1);
-/// Centers from the middle of the slab.
+/// Centers relative to the middle of the slab.
 pub(crate) const POSITION: Chunk = chunk("particles/position", Element::Single, 3);
 /// Centers in the coordinates of the slab.
 pub(crate) const EXACT_POSITION: Chunk = chunk("log/particles/exact_position", Element::Double, 3);
 pub(crate) const DIMENSIONS: Chunk = chunk("configuration/dimensions", Element::Byte, 1);
-/// Extents, and three tilts.
+/// Three extents and three tilts.
 pub(crate) const BOX: Chunk = chunk("configuration/box", Element::Single, 1);
 pub(crate) const PARTICLES: Chunk = chunk("particles/N", Element::Short, 1);
 pub(crate) const TYPES: Chunk = chunk("particles/types", Element::Character, 2);
@@ -66,15 +67,15 @@ pub(crate) const DIAMETER: Chunk = chunk("particles/diameter", Element::Single, 
 /// Height and widths of the slab.
 pub(crate) const SLAB: Chunk = chunk("log/slab", Element::Double, 1);
 
-/// An entry of the index: what a chunk is, and where.
+/// An entry of the index: kind and position of a chunk.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Entry {
     pub(crate) frame: u64,
     pub(crate) rows: u64,
-    /// Bytes from the beginning of the file; zero in what ends the index.
+    /// Position in bytes from the beginning of the file; 0 in the last entry.
     pub(crate) location: u64,
     pub(crate) columns: u32,
-    /// Its place in the list of names.
+    /// Index in the list of names.
     pub(crate) name: u16,
     pub(crate) element: u8,
 }
@@ -103,25 +104,24 @@ impl Entry {
     }
 }
 
-/// The number at a place of some bytes, which must be there.
+/// The number at a position of the bytes, which must be inside.
 pub(crate) fn long(bytes: &[u8], place: usize) -> u64 {
     u64::from(short(bytes, place)) | u64::from(short(bytes, place + 4)) << 32
 }
 
-/// The number at a place of some bytes, which must be there.
+/// The number at a position of the bytes, which must be inside.
 pub(crate) fn short(bytes: &[u8], place: usize) -> u32 {
     u32::from_le_bytes([bytes[place], bytes[place + 1], bytes[place + 2], bytes[place + 3]])
 }
 
-/// The header, of the version that is written: index and names are told by where they begin and how
-/// many fit.
+/// The header, with position and capacity of index and names.
 pub(crate) fn header(index: [u64; 2], names: [u64; 2]) -> [u8; HEADER] {
     let mut bytes = [0; HEADER];
     bytes[..8].copy_from_slice(&MAGIC);
     for (place, number) in [index, names].into_iter().flatten().enumerate() {
         bytes[8 + 8 * place..16 + 8 * place].copy_from_slice(&number.to_le_bytes());
     }
-    // Of the schema, and of the file.
+    // Versions of the schema and of the file.
     bytes[40..44].copy_from_slice(&0x0001_0004_u32.to_le_bytes());
     bytes[44..48].copy_from_slice(&0x0002_0000_u32.to_le_bytes());
     let writer = concat!("gradient-mc ", env!("CARGO_PKG_VERSION")).as_bytes();
@@ -130,14 +130,14 @@ pub(crate) fn header(index: [u64; 2], names: [u64; 2]) -> [u8; HEADER] {
     bytes
 }
 
-/// A coordinate from the middle of a slab of some extent, less than a half of it.
+/// A coordinate relative to the middle of a slab of this extent, always less than half of it.
 pub(crate) fn centered(coordinate: f64, extent: f64) -> f32 {
     let [center, end] = [single(coordinate - 0.5 * extent), 0.5 * single(extent)];
-    // One below the end of a period may be rounded up to it.
+    // Rounding may move a coordinate up to the end of the period.
     if center.to_bits() == end.to_bits() { -end } else { center }
 }
 
-/// As the schema `hoomd` has most numbers.
+/// Rounds to single precision, as the schema `hoomd` requires.
 #[allow(clippy::cast_possible_truncation)]
 pub(crate) fn single(value: f64) -> f32 {
     value as f32

@@ -8,9 +8,9 @@ pub(crate) const ORDER: usize = 16;
 /// Values at the nodes of a panel, or the coefficients of the series through them.
 pub(crate) type Series = [f64; ORDER];
 
-/// The Gauss-Legendre rule on [−1, 1] with the matrices that go with it.
+/// The Gauss-Legendre rule on [−1, 1], with matrices for integration and series coefficients.
 ///
-/// Everything is computed from the recurrence of the polynomials, so there is no table to mistype.
+/// All numbers are computed from the recurrence of the polynomials.
 #[derive(Debug, Clone)]
 pub(crate) struct Legendre {
     /// Nodes, rising.
@@ -23,7 +23,7 @@ pub(crate) struct Legendre {
     analysis: [Series; ORDER],
 }
 
-/// k/(k + 1), so that the recurrence does without division.
+/// k/(k + 1), which avoids division in the recurrence.
 const RATIOS: [f64; ORDER] = {
     let mut ratios = [0.0; ORDER];
     let mut k = 0;
@@ -67,7 +67,7 @@ impl Legendre {
         for (index, (node, weight)) in nodes.iter_mut().zip(&mut weights).enumerate() {
             let mut t = -libm::cos(PI * (index as f64 + 0.75) / (order + 0.5));
             let mut slope = 1.0;
-            // Quadratic from a start good to three digits.
+            // Newton's iteration converges quadratically from a start accurate to three digits.
             for _ in 0..6 {
                 let values = polynomials(t);
                 slope = order * (t * values[ORDER] - values[ORDER - 1]) / (t * t - 1.0);
@@ -96,7 +96,8 @@ impl Legendre {
         std::array::from_fn(|i| dot(&self.integration[i], values))
     }
 
-    /// What a functional of the polynomials P₀ ... P₁₅ is as a sum over values at the nodes.
+    /// Weights of the values at the nodes for a linear functional given by its values for P₀ ...
+    /// P₁₅.
     pub(crate) fn by_values(&self, of_polynomials: &Series) -> Series {
         std::array::from_fn(|j| (0..ORDER).map(|k| of_polynomials[k] * self.analysis[k][j]).sum())
     }

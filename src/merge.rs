@@ -1,14 +1,14 @@
-//! Pooling what independent replicas of one scene have seen.
+//! Merging the data of independent replicas of one scene.
 
 use crate::{Error, Every};
 
-/// Something that can take in what an independent replica of it has seen.
+/// Data that can be merged with those of an independent replica of the same scene.
 ///
-/// All ready [`observers`](crate::observers) can, and tuples of them, [`Every`] and `Vec`s of one
-/// length; so can [`BlockAverages`](crate::statistics::BlockAverages) and
-/// [`ForceBalance`](crate::drive::ForceBalance). What is merged is as if one observer had seen both
-/// runs, but for errors: no block of the averages reaches over from one replica to the next. Merge
-/// in a fixed order (that of the replicas), since sums of numbers depend on it in their last bits.
+/// Implemented by all [`observers`](crate::observers) of the library, by tuples of them, by
+/// [`Every`], by `Vec`s of equal length, by [`BlockAverages`](crate::statistics::BlockAverages) and
+/// by [`ForceBalance`](crate::drive::ForceBalance). The merged data are those of one observer that
+/// sampled both runs, except that no block of the averages contains data of two replicas. Merge in
+/// a fixed order (that of the replicas), because the last bits of sums depend on the order.
 ///
 /// ```
 /// use gradient_mc::observers::CenterOfMass;
@@ -25,18 +25,17 @@ use crate::{Error, Every};
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```
 pub trait Merge {
-    /// Takes in what `other` has seen.
+    /// Adds the data of `other`.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] if the two do not belong together: other slabs, bins,
-    /// temperatures or sizes. A single observer is unchanged then; of a tuple or a `Vec`, those
-    /// before the one that failed have been merged.
+    /// [`Error::InvalidParameter`] if slabs, bins, temperatures or sizes differ. A single observer
+    /// is unchanged then. In a tuple or a `Vec`, those before the one that failed have been merged.
     fn merge(&mut self, other: &Self) -> Result<(), Error>;
 
-    /// All of several in one, merged in their order.
+    /// All `replicas` merged into one, in their order.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] for none; those of [`merge`](Self::merge).
+    /// [`Error::TooFewObservations`] if there are none; those of [`merge`](Self::merge).
     fn pooled<'a>(replicas: impl IntoIterator<Item = &'a Self>) -> Result<Self, Error>
     where
         Self: Clone + 'a,
@@ -65,7 +64,7 @@ impl<M: Merge> Merge for Every<M> {
     }
 }
 
-/// One that is absent cannot be pooled with one that is there.
+/// `None` cannot be merged with `Some`.
 impl<M: Merge> Merge for Option<M> {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         match (self, other) {

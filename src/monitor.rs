@@ -1,4 +1,4 @@
-//! What a simulation notes about its production run, so that it can be judged afterwards.
+//! Records of a production run, from which warnings are made.
 
 use crate::frame::{Frame, Phase};
 use crate::observer::{AcceptedMove, Observer, ObserverError, Recorder};
@@ -12,7 +12,7 @@ pub(crate) struct Bands {
 }
 
 impl Bands {
-    /// High enough to average over a layer and more.
+    /// Height of a band in diameters, larger than the distance of layers.
     const HEIGHT: f64 = 2.0;
     const MOST: f64 = 4096.0;
 
@@ -32,24 +32,24 @@ impl Bands {
         band.min(self.count - 1)
     }
 
-    /// Height of a band.
+    /// Height of a band, in diameters.
     pub(crate) fn height(&self) -> f64 {
         self.height
     }
 
-    /// Lower edge of a band; of the one after the last, the lid.
+    /// Lower edge of a band; the index after the last gives the lid.
     pub(crate) fn edge(&self, band: usize) -> f64 {
         band as f64 * self.height
     }
 }
 
-/// Trials and acceptances of local moves by band, from a few sweeps.
+/// Counts of local moves tried and accepted in each band, from a few sweeps.
 #[derive(Debug, Clone)]
 pub(crate) struct Acceptance {
     bands: Bands,
     pub(crate) trials: Vec<u64>,
     pub(crate) accepted: Vec<u64>,
-    /// Of the sweep that is being recorded.
+    /// Counts of the sweep that is being recorded.
     accepted_now: Vec<u64>,
 }
 
@@ -59,31 +59,33 @@ impl Recorder for Acceptance {
     }
 }
 
-/// Notes about production: it reads configurations and moves, and changes neither them nor the
-/// generator.
+/// Records of production. The monitor reads configurations and moves, and changes neither them nor
+/// the generator.
 ///
-/// The series of the center of mass and of numbers of spheres are thinned whenever they are full,
-/// so that they span the run in bounded memory, and the longer a run the less they cost.
+/// The series of the center of mass and of numbers of spheres are thinned when they are full. They
+/// always span the whole run in bounded memory, and their cost per sweep decreases with the length
+/// of the run.
 #[derive(Debug, Clone)]
 pub(crate) struct Monitor {
-    /// Whether moves are to be recorded: if all of them are trials.
+    /// Whether moves are recorded: only if all of them are local.
     records: bool,
-    /// Number of the last sweep that was seen.
+    /// Number of the last sweep observed.
     seen: u64,
-    /// Sweeps that ended with an error, up to then.
+    /// Number of incomplete sweeps up to then.
     incomplete: u64,
     /// Sweeps of production.
     sweeps: u64,
-    /// Of the drive when production began.
+    /// Generation of the drive when production began.
     generation: u64,
     /// Sweeps between two numbers of the series.
     interval: u64,
-    /// Of the center of mass, and of the number of spheres below each mark.
+    /// Height of the center of mass, and the number of spheres below each mark.
     series: [Vec<f64>; 1 + Self::MARKS],
-    /// Heights that spheres are counted below: two in the column, two near the base.
+    /// Heights below which spheres are counted: two in the column, two near the base.
     marks: [f64; Self::MARKS],
     lowest_center: f64,
-    /// Spheres by band, summed over samples, each weighted with the sweeps since the one before.
+    /// Spheres in each band, summed over samples, each weighted with the number of sweeps since the
+    /// previous sample.
     occupancy: Vec<u64>,
     weight: u64,
     bands: Bands,
@@ -91,20 +93,20 @@ pub(crate) struct Monitor {
 }
 
 impl Monitor {
-    /// A pass over all heights takes 3 to 10 % of a local sweep, most in small systems, and half as
-    /// much again with bands. With these numbers all of it costs 0.5 % (25 000 spheres) to 1.3
-    /// % (360) of the first thousand sweeps, 0.2 to 0.5 % of eight thousand, and less the
-    /// longer a run.
+    /// Largest length of a series. One pass over all heights costs 3 to 10 % of a local sweep, and
+    /// half more with bands. With the intervals chosen here the monitor costs 0.5 % (25 000
+    /// spheres) to 1.3 % (360 spheres) of the first thousand sweeps, 0.2 to 0.5 % of eight
+    /// thousand, and less in longer runs.
     const LONGEST_SERIES: usize = 128;
     const MARKS: usize = 4;
-    /// The first so many series are of the column, the others of what is near the base.
+    /// Number of series of the whole column; the others are of the layers at the base.
     const OF_COLUMN: usize = 3;
     pub(crate) const FIRST_INTERVAL: u64 = 8;
-    /// Looks at the bands are at least so many sweeps apart.
+    /// Smallest number of sweeps between two counts of the bands.
     const SWEEPS_BETWEEN_COUNTS: u64 = 32;
     const SWEEPS_BETWEEN_RECORDS: u64 = 128;
 
-    /// Notes about a run in `slab`; moves are recorded if it consists of trials alone.
+    /// Empty records of a run in `slab`; `records` is whether all moves are local.
     pub(crate) fn new(slab: &Slab, records: bool) -> Self {
         let bands = Bands::new(slab);
         let zeros = || vec![0; bands.count];
@@ -125,7 +127,7 @@ impl Monitor {
         }
     }
 
-    /// Forgets everything: production begins, with the drive at this `generation`.
+    /// Clears all records at the start of production, with the drive at this `generation`.
     fn start(&mut self, generation: u64) {
         (self.sweeps, self.generation, self.interval, self.weight) = (0, generation, Self::FIRST_INTERVAL, 0);
         self.series.iter_mut().for_each(Vec::clear);
@@ -135,14 +137,14 @@ impl Monitor {
         }
     }
 
-    /// Whether the moves of the sweep that comes, or has just come, are recorded. Some of the
-    /// equilibration are too, to have the memory for it.
+    /// Whether the moves of the current sweep are recorded. Some sweeps of equilibration are
+    /// recorded too, which allocates the memory early.
     fn is_recording(&self) -> bool {
         self.records && self.seen.is_multiple_of(Self::SWEEPS_BETWEEN_RECORDS)
     }
 
-    /// Counts the moves and trials of a sweep that was recorded: spheres are picked uniformly, so a
-    /// band has as many trials as spheres.
+    /// Counts the moves and trials of a recorded sweep. Spheres are picked uniformly, so the number
+    /// of trials in a band is its number of spheres.
     fn count_moves(&mut self, frame: &Frame<'_>) {
         let Acceptance { bands, trials, accepted, accepted_now } = &mut self.acceptance;
         for (sum, now) in accepted.iter_mut().zip(accepted_now) {
@@ -151,7 +153,7 @@ impl Monitor {
         frame.for_each_height(|height| trials[bands.of(height)] += 1);
     }
 
-    /// Looks at the configuration after a sweep of production.
+    /// Samples the configuration after a sweep of production.
     fn look(&mut self, frame: &Frame<'_>) {
         let sweep = self.sweeps;
         self.sweeps += 1;
@@ -194,9 +196,9 @@ impl Monitor {
         counts.iter_mut().zip(below).for_each(|(series, below)| series.push(below as f64));
     }
 
-    /// Chooses the marks: the edges of bands that half and nine tenths of the spheres are below,
-    /// where the number below tells the weight above; half a diameter above the lowest centers,
-    /// where the first layer is; and the lowest band.
+    /// Chooses the marks: the edges of bands below which half and nine tenths of the spheres are;
+    /// half a diameter above the lowest possible center, which bounds the first layer; and the
+    /// upper edge of the lowest band.
     fn mark(&mut self, frame: &Frame<'_>) {
         const LAYER: f64 = 0.5;
         let mut counts = vec![0_usize; self.bands.count];
@@ -227,8 +229,8 @@ impl Monitor {
         &self.series[0]
     }
 
-    /// All series, evenly spaced in time over production, part by part: those of a part share their
-    /// memory.
+    /// All series of each part of the column, evenly spaced in time over production. The
+    /// autocorrelation time of a part is that of its slowest series.
     pub(crate) fn series(&self) -> [(Quantity, &[Vec<f64>]); 2] {
         let (column, base) = self.series.split_at(Self::OF_COLUMN);
         [(Quantity::Column, column), (Quantity::Base, base)]
@@ -238,7 +240,7 @@ impl Monitor {
         &self.bands
     }
 
-    /// Mean number of spheres in each band, upwards; nothing before the first look.
+    /// Mean number of spheres in each band, upwards; `None` before the first count.
     pub(crate) fn mean_occupancy(&self) -> Option<Vec<f64>> {
         let weight = self.weight as f64;
         (self.weight > 0).then(|| self.occupancy.iter().map(|&count| count as f64 / weight).collect())
@@ -254,7 +256,7 @@ impl Observer for Monitor {
         let incomplete = frame.move_counts().incomplete_sweeps;
         let whole = std::mem::replace(&mut self.incomplete, incomplete) == incomplete;
         if !whole {
-            // What was heard is not of this sweep alone, whose trials are known.
+            // The recorded moves include those of an incomplete sweep, whose trials are not known.
             self.acceptance.accepted_now.fill(0);
         }
         let recorded = whole && self.is_recording();

@@ -1,4 +1,4 @@
-//! What numbers must be, and how messages show them.
+//! Checks of parameters, and the format of numbers in messages.
 
 use crate::Error;
 
@@ -32,8 +32,8 @@ impl Error {
     }
 }
 
-/// A number as a message shows it: in full, or with a power of ten where that would run to many
-/// zeros.
+/// A number as printed in messages: with a power of ten if it would have many zeros, in full
+/// otherwise.
 pub(crate) fn figures(value: f64) -> String {
     let magnitude = value.abs();
     if value == 0.0 || !value.is_finite() || (1e-5..1e16).contains(&magnitude) {

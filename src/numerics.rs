@@ -3,7 +3,7 @@
 /// Nodes on (0, 1) of the 8-point Gauss-Legendre rule, lower half; the rest by symmetry.
 const NODES: [f64; 4] =
     [0.019_855_071_751_231_88, 0.101_666_761_293_186_63, 0.237_233_795_041_835_5, 0.408_282_678_752_175_1];
-/// Weights that belong to [`NODES`]; both halves together sum to 1.
+/// Weights of [`NODES`]; both halves together sum to 1.
 const WEIGHTS: [f64; 4] =
     [0.050_614_268_145_188_13, 0.111_190_517_226_687_24, 0.156_853_322_938_943_64, 0.181_341_891_689_181];
 
@@ -23,8 +23,8 @@ pub(crate) fn differentiate(f: impl Fn(f64) -> f64, x: f64, h: f64) -> f64 {
     (8.0 * (f(x + h) - f(x - h)) - (f(x + 2.0 * h) - f(x - 2.0 * h))) / (12.0 * h)
 }
 
-/// The same of an `f` that is not to be asked below `lowest`: within two steps of it the five
-/// points begin there.
+/// [`differentiate`] without values below `lowest`: within two steps of it the five points begin
+/// there.
 pub(crate) fn differentiate_above(f: impl Fn(f64) -> f64, x: f64, h: f64, lowest: f64) -> f64 {
     if !(x >= lowest && x < lowest + 2.0 * h) {
         return differentiate(f, x, h);

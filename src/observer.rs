@@ -1,74 +1,74 @@
-//! Observers: whatever looks at a simulation while it runs.
+//! Observers: everything that samples a simulation while it runs.
 //!
-//! An observer of a user's own, what judges a run afterwards, the balance of forces and what adapts
-//! the potential are all shown the same [`Frame`] after each sweep, and hear of the same single
-//! moves if they name a [`Recorder`]: there is no other way to look.
+//! After each sweep all observers get the same [`Frame`]: those of the user, the records behind the
+//! warnings, the balance of forces, and the adaptation of the potential. An observer that returns a
+//! [`Recorder`] is also called for every single move.
 //!
 //! To add one, implement [`Observer`] for a type of your own (one method) and pass it by mutable
-//! reference to [`Simulation::run`](crate::Simulation::run); results are read from it afterwards.
+//! reference to [`Simulation::run`](crate::Simulation::run); read the results from it afterwards.
 
 use crate::failed_observer::FailedObserver;
 use crate::frame::Frame;
 use nalgebra::Vector3;
 
-/// What an observer's failure may be: any error type of its own, boxed by `?`.
+/// Error of an observer: any error type, boxed by `?`.
 pub type ObserverError = Box<dyn std::error::Error + Send + Sync>;
 
 /// The displacement of one sphere: an accepted local move, or a straight piece of an event chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct AcceptedMove {
-    /// Height before the move.
+    /// Height before the move, in diameters.
     pub from_height: f64,
-    /// Displacement, before periodic wrapping.
+    /// Displacement, in diameters, before periodic wrapping.
     pub displacement: Vector3<f64>,
-    /// Axis of the event chain that this is a straight piece of (0 is vertical); none of a local
+    /// Axis of the event chain to which this piece belongs (0 is vertical); `None` for a local
     /// move.
     pub chain_axis: Option<usize>,
 }
 
-/// Two spheres that touch where an event chain passes from one to the other.
+/// A collision in an event chain: the chain passes from one sphere to another that it touches.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Collision {
-    /// Axis along which the chain runs: 0 for x (vertical), 1 for y, 2 for z.
+    /// Axis of the chain: 0 for x (vertical), 1 for y, 2 for z.
     pub axis: usize,
-    /// Height of the sphere that stops.
+    /// Height of the sphere that stops, in diameters.
     pub from_height: f64,
-    /// Height of the sphere that goes on.
+    /// Height of the sphere that continues, in diameters.
     pub to_height: f64,
-    /// Distance from the first to the second along the chain's direction, positive and at most one
-    /// diameter.
+    /// Distance from the first to the second sphere along the direction of the chain, between 0 and
+    /// 1 diameter.
     pub separation: f64,
 }
 
-/// A straight piece of an event chain, with the collision that ends it, if one does:
-/// [`AcceptedMove`] and [`Collision`] in fewer numbers.
+/// A straight piece of an event chain and the collision at its end, if there is one. A compact form
+/// of [`AcceptedMove`] and [`Collision`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct ChainPiece {
-    /// Height of the sphere before.
+    /// Height of the sphere before the move, in diameters.
     pub from_height: f64,
-    /// Displacement along the axis of the chain, before periodic wrapping.
+    /// Displacement along the axis of the chain, in diameters, before periodic wrapping.
     pub displacement: f64,
-    /// Height of the sphere that is touched; NaN if none is.
+    /// Height of the sphere that is hit; NaN if none is.
     pub to_height: f64,
-    /// As in [`Collision`]; 0 if no sphere is touched.
+    /// [`Collision::separation`]; 0 if no sphere is hit.
     pub separation: f64,
 }
 
 impl ChainPiece {
-    /// A piece that no collision ends.
+    /// A piece without a collision at its end.
     pub(crate) fn free(from_height: f64, displacement: f64) -> Self {
         Self { from_height, displacement, to_height: f64::NAN, separation: 0.0 }
     }
 
-    /// Notes the collision at its end.
+    /// Adds the collision at the end of the piece.
     pub(crate) fn collide(&mut self, to_height: f64, separation: f64) {
         (self.to_height, self.separation) = (to_height, separation);
     }
 
-    /// The piece, of a chain along `axis`, as a move.
+    /// The piece as a move of a chain along `axis`.
     #[must_use]
     pub fn as_move(&self, axis: usize) -> AcceptedMove {
         let mut displacement = Vector3::zeros();
@@ -76,7 +76,7 @@ impl ChainPiece {
         AcceptedMove { from_height: self.from_height, displacement, chain_axis: Some(axis) }
     }
 
-    /// The collision that ends the piece, of a chain along `axis`.
+    /// The collision at the end of the piece, for a chain along `axis`; `None` without a collision.
     #[must_use]
     pub fn collision(&self, axis: usize) -> Option<Collision> {
         let from_height = if axis == 0 { self.from_height + self.displacement } else { self.from_height };
@@ -85,16 +85,17 @@ impl ChainPiece {
     }
 }
 
-/// Hears of every single move while a sweep is under way; see [`Observer::recorder`].
+/// Receives every single move during a sweep; see [`Observer::recorder`].
 pub trait Recorder {
-    /// A sphere was displaced.
+    /// Called after each displacement of a sphere.
     fn record_move(&mut self, _accepted: &AcceptedMove) {}
 
-    /// An event chain went over from one sphere to another that it touched.
+    /// Called after each collision of an event chain.
     fn record_collision(&mut self, _collision: &Collision) {}
 
-    /// Event chains along `axis` went these ways, one piece after the other. Tells of each as a
-    /// move and a collision; one that can do better with all at once saves time.
+    /// Called with consecutive pieces of event chains along `axis`. The default calls
+    /// [`record_move`](Self::record_move) and [`record_collision`](Self::record_collision) for each
+    /// piece; implement it if all pieces can be processed faster at once.
     fn record_pieces(&mut self, axis: usize, pieces: &[ChainPiece]) {
         for piece in pieces {
             self.record_move(&piece.as_move(axis));
@@ -104,20 +105,21 @@ pub trait Recorder {
         }
     }
 
-    /// An event chain along `axis` (0 is vertical) is over after a path of `length` diameters.
+    /// Called at the end of an event chain along `axis` (0 is vertical) with a path of `length`
+    /// diameters.
     fn record_chain(&mut self, _axis: usize, _length: f64) {}
 
-    /// Whether it wants to hear of local moves. To list them takes time, which one that only
-    /// listens to chains saves with `false`.
+    /// Whether local moves are recorded. Return `false` to save time if only event chains are
+    /// needed.
     fn wants_local_moves(&mut self) -> bool {
         true
     }
 }
 
-/// Something that looks at the configuration after every sweep.
+/// Samples the configuration after every sweep.
 ///
-/// Tuples of observers are observers, and so are `&mut O`, `Option<O>`, and `()`, which looks at
-/// nothing. Wrap one in [`Every`] to look less often.
+/// Tuples of observers are observers, and so are `&mut O`, `Option<O>`, and `()`, which samples
+/// nothing. Wrap an observer in [`Every`] to sample less often.
 ///
 /// ```
 /// use gradient_mc::{Frame, Observer, ObserverError};
@@ -132,15 +134,15 @@ pub trait Recorder {
 /// }
 /// ```
 pub trait Observer {
-    /// Looks at the configuration after a sweep.
+    /// Samples the configuration after a sweep.
     ///
     /// # Errors
-    /// Any error of the observer's own; it ends the run as
-    /// [`Error::Observer`](crate::Error::Observer) with the configuration intact.
+    /// Any error of the observer. It ends the run as [`Error::Observer`](crate::Error::Observer)
+    /// with the configuration intact.
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError>;
 
-    /// What wants to hear of every single move of the next sweep, usually `Some(self)`; by default
-    /// nothing, and then sweeps report nothing.
+    /// The recorder of the single moves of the next sweep, usually `Some(self)`. The default is
+    /// `None`: moves are not recorded.
     fn recorder(&mut self) -> Option<&mut dyn Recorder> {
         None
     }
@@ -191,7 +193,7 @@ macro_rules! observe_tuple {
                 if asking.into_iter().filter(|&asks| asks).count() > 1 {
                     return Some(self);
                 }
-                // One alone is passed on as it is.
+                // A single recorder is passed on directly.
                 $(if asking[$index] {
                     return self.$index.recorder();
                 })+
@@ -232,7 +234,8 @@ observe_tuple!(A 0, B 1, C 2, D 3);
 observe_tuple!(A 0, B 1, C 2, D 3, E 4);
 observe_tuple!(A 0, B 1, C 2, D 3, E 4, G 5);
 
-/// Shows every `interval`-th sweep to the observer inside; moves are all passed on.
+/// Calls the observer inside after every `interval`-th sweep. A [`Recorder`] still gets the moves
+/// of all sweeps.
 #[derive(Debug, Clone)]
 pub struct Every<O> {
     interval: u64,
@@ -241,12 +244,12 @@ pub struct Every<O> {
 }
 
 impl<O> Every<O> {
-    /// Observes the sweeps whose number is a multiple of `interval`; zero counts as one.
+    /// Observes the sweeps whose number is a multiple of `interval`; 0 is taken as 1.
     pub fn new(interval: u64, observer: O) -> Self {
         Self { interval: interval.max(1), observer }
     }
 
-    /// Sweeps from one that is observed to the next.
+    /// Number of sweeps between two observations.
     #[must_use]
     pub fn interval(&self) -> u64 {
         self.interval

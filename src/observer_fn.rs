@@ -2,7 +2,8 @@
 
 use crate::{Frame, Observer, ObserverError};
 
-/// An observer from a closure, which looks at every frame; results go to what the closure captures.
+/// An observer from a closure that is called with every frame. The closure stores its results in
+/// the variables that it captures.
 ///
 /// ```
 /// use gradient_mc::{ObserverFn, Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};

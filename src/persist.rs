@@ -1,12 +1,12 @@
-//! One line that makes a type of this library part of a checkpoint.
+//! The macro that makes a type of this library part of a checkpoint.
 
-/// Implements [`Persist`](crate::checkpoint::Persist), if there are checkpoints, from the fields
-/// that are to be kept, each with the method of [`Archive`](crate::checkpoint::Archive) for it:
-/// `same` for what the user's own code has made and has to agree, `value`, `count` and `slice` for
-/// numbers, `part` for what knows by itself what to keep. What follows the fields must hold of what
-/// was read.
+/// Implements [`Persist`](crate::checkpoint::Persist), with the feature `checkpoint`, from a list
+/// of fields. Each field has a method of [`Archive`](crate::checkpoint::Archive): `same` for values
+/// that the program has set and that must be equal in the checkpoint; `value`, `count` and `slice`
+/// for numbers; `part` for fields that implement `Persist`. A condition after the fields is checked
+/// after reading.
 ///
-/// Fields that are left out are made by the constructor or filled anew after every sweep.
+/// Fields that are not listed are set by the constructor, or overwritten after every sweep.
 macro_rules! persist {
     ($type:ty { $($kind:ident $field:ident),* $(,)? }) => {
         persist!($type { $($kind $field),* }, |_| true);

@@ -1,9 +1,9 @@
-//! The generator of every run, and the few distributions that moves need.
+//! The random number generator, and the distributions that moves need.
 
 use rand::{Rng, RngExt};
 
-/// The generator that every seeded result comes from: PCG XSL 128/64 (MCG), portable across
-/// machines.
+/// The random number generator of all runs: PCG XSL 128/64 (MCG), with the same numbers on every
+/// machine.
 ///
 /// ```
 /// use gradient_mc::Generator;
@@ -13,8 +13,8 @@ use rand::{Rng, RngExt};
 /// ```
 pub type Generator = rand_pcg::Pcg64Mcg;
 
-/// Uniform on (−1, 1), with ±v equally likely to the last bit: a trial move and its reverse must be
-/// proposed with the same probability.
+/// Uniform on (−1, 1), with exactly equal probabilities of v and −v: detailed balance needs equal
+/// probabilities of a trial move and its reverse.
 #[inline]
 pub(crate) fn symmetric(generator: &mut impl Rng) -> f64 {
     // An odd integer in (−2^53, 2^53), over 2^53: exact.

@@ -8,12 +8,12 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 
-/// Runs one piece of work several times, each with a seed of its own, on all cores.
+/// Runs the same work for several independent replicas, each with its own seed, on all cores.
 ///
-/// Results come in the order of the replicas, and are the same to the last bit for any number of
-/// threads. Independent replicas use cores better than threads within one run, give an error that
-/// uses no analysis of correlations ([`Outcome::scatter`]), and show what a single run
-/// cannot: that runs do not agree.
+/// The results are in the order of the replicas, and have the same bits for any number of threads.
+/// Independent replicas use the cores better than threads within one run. Their scatter gives a
+/// standard error without any analysis of correlations ([`Outcome::scatter`]), and it shows runs
+/// that are not equilibrated.
 ///
 /// ```
 /// use gradient_mc::observers::CenterOfMass;
@@ -31,15 +31,14 @@ use std::thread;
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```
 ///
-/// Work that needs several observers returns a tuple; what cannot be merged, such as warnings, may
-/// be in it too, and then [`Merge::pooled`] merges the rest.
+/// Work with several observers returns a tuple. The tuple may also hold values that cannot be
+/// merged, such as warnings; then merge the other parts with [`Merge::pooled`].
 ///
 /// # Seeds
 /// Replica r of parameter p has the seed m(m(m(seed + g) + (p + 1)g) + (r + 1)g), with the
 /// bijection m and the odd g of `SplitMix64` (Steele, Lea and Flood, doi:10.1145/2660193.2660195).
-/// So the seeds of one set of replicas are all different, and those of neighboring seeds have
-/// nothing in common; `seed + r`, in contrast, gives the second replica of seed 1 the run of the
-/// first of seed 2.
+/// All seeds of one set of replicas are different, and sets with neighboring seeds share none. With
+/// `seed + r`, in contrast, the second replica of seed 1 would be the first of seed 2.
 #[derive(Clone, Copy)]
 pub struct Replicas<'a> {
     count: usize,
@@ -59,7 +58,7 @@ impl fmt::Debug for Replicas<'_> {
     }
 }
 
-/// Which replica a piece of work is for.
+/// Number and seed of a replica.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Replica {
     index: usize,
@@ -67,13 +66,13 @@ pub struct Replica {
 }
 
 impl Replica {
-    /// Its number among the replicas of its parameters, from 0.
+    /// Number of the replica among those of the same parameter, from 0.
     #[must_use]
     pub fn index(&self) -> usize {
         self.index
     }
 
-    /// Its seed, for [`SimulationBuilder::seed`](crate::SimulationBuilder::seed).
+    /// Seed of the replica, for [`SimulationBuilder::seed`](crate::SimulationBuilder::seed).
     #[must_use]
     pub fn seed(&self) -> u64 {
         self.seed
@@ -81,40 +80,41 @@ impl Replica {
 }
 
 impl<'a> Replicas<'a> {
-    /// So many replicas, with seed 0, on all cores.
+    /// Makes a set of `count` replicas with seed 0, on all cores.
     #[must_use]
     pub fn new(count: usize) -> Self {
         Self { count, seed: 0, threads: 0, after_each: None }
     }
 
-    /// The seed that those of the replicas are made of.
+    /// Sets the seed from which those of the replicas are computed.
     #[must_use]
     pub fn seed(self, seed: u64) -> Self {
         Self { seed, ..self }
     }
 
-    /// On so many threads; 0, the default, stands for as many as there are cores.
+    /// Sets the number of threads. 0, the default, is one thread for each core.
     #[must_use]
     pub fn threads(self, threads: usize) -> Self {
         Self { threads, ..self }
     }
 
-    /// Calls `observe` whenever a replica is finished, with the number that are: to show progress.
-    /// If it answers [`ControlFlow::Break`], no other is begun, and the outcome has those that were
-    /// (which these are then depends on the number of threads). It is called from all threads.
+    /// Calls `observe` after each replica with the number of finished replicas, to show progress.
+    /// If it returns [`ControlFlow::Break`], no other replica is begun, and the outcome has those
+    /// that were begun (this number depends on the number of threads). It is called from all
+    /// threads.
     #[must_use]
     pub fn after_each(self, observe: &'a (dyn Fn(usize) -> ControlFlow<()> + Sync)) -> Self {
         Self { after_each: Some(observe), ..self }
     }
 
-    /// Number of threads that it will run on, if there are as many replicas.
+    /// Number of threads that will be used, if there are as many replicas.
     #[must_use]
     pub fn thread_count(&self) -> usize {
         if self.threads > 0 { self.threads } else { thread::available_parallelism().map_or(1, NonZero::get) }
     }
 
-    /// One of them, by its number from 0, as [`run_each`](Self::run_each) counts them, through all
-    /// parameters: what a task of a job array runs by itself.
+    /// The replica with this `number` from 0, counted through all parameters as in
+    /// [`run_each`](Self::run_each). A task of a job array runs one replica.
     ///
     /// ```
     /// use gradient_mc::Replicas;
@@ -130,14 +130,14 @@ impl<'a> Replicas<'a> {
         Replica { index, seed: seed_of(self.seed, number / count, index) }
     }
 
-    /// Does `work` for every replica.
+    /// Calls `work` for every replica.
     ///
     /// # Errors
-    /// [`Error::Replica`] with the first replica, in their order, that failed, and its own error;
-    /// no other is begun once one has failed.
+    /// [`Error::Replica`] if a replica fails: the first in the order of the replicas, with its
+    /// error. No other replica is begun after a failure.
     ///
     /// # Panics
-    /// As `work` does, after the replicas under way on other threads.
+    /// If `work` panics, after the running replicas on other threads have ended.
     pub fn run<R: Send>(
         &self,
         work: impl Fn(Replica) -> Result<R, ObserverError> + Sync,
@@ -146,8 +146,8 @@ impl<'a> Replicas<'a> {
         Ok(outcomes.into_iter().next().unwrap_or(Outcome { replicas: Vec::new() }))
     }
 
-    /// Does `work` for every replica of each of several parameters: a sweep over temperatures, say.
-    /// One outcome for each parameter, in their order.
+    /// Calls `work` for every replica of each of several parameters, such as temperatures. Returns
+    /// one outcome for each parameter, in their order.
     ///
     /// ```
     /// use gradient_mc::observers::CenterOfMass;
@@ -167,10 +167,10 @@ impl<'a> Replicas<'a> {
     /// ```
     ///
     /// # Errors
-    /// As [`run`](Self::run); replicas are counted through all parameters.
+    /// Those of [`run`](Self::run); replicas are counted through all parameters.
     ///
     /// # Panics
-    /// As [`run`](Self::run).
+    /// Those of [`run`](Self::run).
     pub fn run_each<P: Sync, R: Send>(
         &self,
         parameters: &[P],
@@ -201,7 +201,7 @@ impl<'a> Replicas<'a> {
         let mut results = thread::scope(|scope| {
             let helpers = self.thread_count().min(total).saturating_sub(1);
             let helpers: Vec<_> = (0..helpers).map(|_| scope.spawn(worker)).collect();
-            // The caller's thread is one of them.
+            // The thread of the caller is one of the workers.
             let mut results = worker();
             for helper in helpers {
                 results.extend(helper.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)));
@@ -211,8 +211,8 @@ impl<'a> Replicas<'a> {
         results.sort_by_key(|(number, _)| *number);
         let mut outcomes: Vec<Outcome<R>> =
             parameters.iter().map(|_| Outcome { replicas: Vec::with_capacity(self.count) }).collect();
-        // Replicas are begun in their order, so those before the first that fails have all been finished:
-        // which one it is does not depend on the number of threads.
+        // Replicas are begun in their order, so all replicas before the first failed one are
+        // finished. The error therefore does not depend on the number of threads.
         for (number, result) in results {
             let seed = self.replica(number).seed;
             let result = result.map_err(|source| Error::Replica { replica: number, seed, source })?;
@@ -222,7 +222,7 @@ impl<'a> Replicas<'a> {
     }
 }
 
-/// Keeps other threads from beginning more while this one unwinds.
+/// Stops other threads from beginning more replicas while this thread unwinds.
 struct StopOnPanic<'a>(&'a AtomicBool);
 
 impl Drop for StopOnPanic<'_> {
@@ -248,29 +248,29 @@ fn mix(mut bits: u64) -> u64 {
     bits ^ (bits >> 31)
 }
 
-/// What the replicas have returned, in their order.
+/// The results of the replicas, in their order.
 #[derive(Debug, Clone)]
 pub struct Outcome<R> {
     replicas: Vec<R>,
 }
 
 impl<R> Outcome<R> {
-    /// What each replica has returned.
+    /// The result of each replica.
     #[must_use]
     pub fn replicas(&self) -> &[R] {
         &self.replicas
     }
 
-    /// The same, to keep.
+    /// The result of each replica, by value.
     #[must_use]
     pub fn into_replicas(self) -> Vec<R> {
         self.replicas
     }
 
-    /// All replicas in one, whose own errors come from blocks.
+    /// All results merged into one. Its standard errors come from blocks of all replicas.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] without replicas; those of [`Merge::merge`].
+    /// [`Error::TooFewObservations`] if there are no replicas; those of [`Merge::merge`].
     pub fn merged(&self) -> Result<R, Error>
     where
         R: Merge + Clone,
@@ -278,23 +278,24 @@ impl<R> Outcome<R> {
         R::pooled(&self.replicas)
     }
 
-    /// The mean of an estimate over the replicas, all with the same weight, with the error from
-    /// their scatter: the errors of the single estimates are not used. See [`mean_of_replicas`] for
-    /// how well it is known.
+    /// The mean of an estimate over the replicas with equal weights, and its standard error from
+    /// their scatter. The errors of the single estimates are not used. See [`mean_of_replicas`] for
+    /// the accuracy of this error.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below two replicas; those of `estimate`.
+    /// [`Error::TooFewObservations`] for fewer than two replicas; those of `estimate`.
     pub fn scatter(&self, estimate: impl Fn(&R) -> Result<Estimate, Error>) -> Result<Estimate, Error> {
         let means: Result<Vec<f64>, Error> =
             self.replicas.iter().map(|replica| Ok(estimate(replica)?.mean)).collect();
         mean_of_replicas(&means?)
     }
 
-    /// The same for each of several estimates, such as those of the bins of a profile.
+    /// [`scatter`](Self::scatter) for each of several estimates, such as those of the bins of a
+    /// profile.
     ///
     /// # Errors
-    /// As [`scatter`](Self::scatter); [`Error::InvalidParameter`] unless all replicas have the same
-    /// number of estimates.
+    /// Those of [`scatter`](Self::scatter); [`Error::InvalidParameter`] if the replicas have
+    /// different numbers of estimates.
     pub fn scatter_each(
         &self,
         estimates: impl Fn(&R) -> Result<Vec<Estimate>, Error>,

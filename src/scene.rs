@@ -5,8 +5,8 @@ use crate::{Error, Field, Slab, TemperatureProfile, field, temperature};
 /// Hard spheres (diameter 1, mass 1) in a slab, under a field and a temperature that depend on
 /// height.
 ///
-/// A scene is checked once, here, so that nothing downstream has to: field and temperature are
-/// probed at thousands of heights.
+/// A scene is checked once, when it is made: field and temperature are evaluated at thousands of
+/// heights.
 ///
 /// ```
 /// use gradient_mc::{Scene, Slab, field::UniformField, temperature::Isothermal};
@@ -16,7 +16,8 @@ use crate::{Error, Field, Slab, TemperatureProfile, field, temperature};
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```
 ///
-/// Field and temperature may be chosen at run time, and scenes of different kinds kept together:
+/// Field and temperature may be chosen at run time, and scenes of different fields and temperatures
+/// may be kept in one list:
 ///
 /// ```
 /// use gradient_mc::{Field, Scene, Simulation, Slab, TemperatureProfile, field::*, temperature::*};
@@ -58,7 +59,7 @@ pub enum Wall {
 }
 
 impl Wall {
-    /// Height of the centers of spheres in contact with it, in diameters.
+    /// Height of the centers of spheres in contact with this wall, in diameters.
     #[must_use]
     pub fn contact_height(self, slab: &Slab) -> f64 {
         match self {
@@ -76,7 +77,7 @@ impl Wall {
         }
     }
 
-    /// The wall from which `field` pulls spheres away, on the whole.
+    /// The wall at which the potential of `field` is higher.
     fn lighter(field: &(impl Field + ?Sized), slab: &Slab) -> Self {
         let rises = field.potential(slab.highest_center()) >= field.potential(slab.lowest_center());
         if rises { Self::Lid } else { Self::Base }
@@ -84,13 +85,15 @@ impl Wall {
 }
 
 impl<F: Field, T: TemperatureProfile> Scene<F, T> {
-    /// Puts the parts together.
+    /// Makes a scene of `particles` spheres from its parts and checks it.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] without spheres, [`Error::SlabTooLarge`] above
-    /// [`Slab::MAXIMUM_VOLUME`], [`Error::TooManyParticles`] above close packing,
-    /// [`Error::InvalidField`], [`Error::InconsistentField`] or [`Error::InvalidTemperature`] with
-    /// the height at which a probe failed.
+    /// [`Error::InvalidParameter`] if `particles` is 0; [`Error::SlabTooLarge`] above
+    /// [`Slab::MAXIMUM_VOLUME`]; [`Error::TooManyParticles`] above close packing;
+    /// [`Error::InvalidField`] or [`Error::InvalidTemperature`] if field or temperature are not
+    /// finite, or the temperature not positive, at some height; [`Error::InconsistentField`] if the
+    /// potential is not the integral of the acceleration; [`Error::InconsistentTemperature`] if
+    /// [`TemperatureProfile::constant`] returns a temperature that differs from the profile.
     pub fn new(slab: Slab, particles: usize, field: F, temperature: T) -> Result<Self, Error> {
         if particles == 0 {
             let requirement = "a scene needs at least one sphere";
@@ -113,12 +116,12 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
         Ok(Self { slab, particles, field, temperature, open_end })
     }
 
-    /// Puts as many spheres in the slab as make `column_density` spheres per area of the base, N/A,
-    /// rounded to a whole number; [`column_density`](Self::column_density) tells what it has
-    /// become.
+    /// Makes a scene with `column_density` = N/A spheres per area of the base, in inverse square
+    /// diameters. N is rounded to a whole number; [`column_density`](Self::column_density) returns
+    /// the rounded N/A.
     ///
-    /// Columns of one N/A are the same but for their base: the weight of the column fixes the
-    /// pressure.
+    /// Columns with the same N/A have the same profiles on any base, because the weight per area
+    /// fixes the pressure.
     ///
     /// ```
     /// use gradient_mc::{Scene, Slab, field::UniformField, temperature::Isothermal};
@@ -129,8 +132,8 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
     /// ```
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a column density that is not positive and finite, or so
-    /// small that no sphere is left; those of [`new`](Self::new).
+    /// [`Error::InvalidParameter`] if the column density is not positive and finite, or so small
+    /// that N rounds to 0; those of [`new`](Self::new).
     pub fn with_column_density(
         slab: Slab,
         column_density: f64,
@@ -138,20 +141,19 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
         temperature: T,
     ) -> Result<Self, Error> {
         let particles = Error::require_positive("column density", column_density)? * slab.base_area();
-        // Positive; a number that does not fit saturates, and is refused as too many.
+        // Positive. A number that does not fit saturates, and `new` refuses it as too large.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let particles = particles.round() as usize;
         Self::new(slab, particles, field, temperature)
     }
 }
 
-/// A scene of any field and temperature, borrowed: what code that must not depend on their types is
-/// given.
+/// A borrowed scene of any field and temperature, for code that does not depend on their types.
 pub type AnyScene<'a> = Scene<&'a dyn Field, &'a dyn TemperatureProfile>;
 
 impl<F: Field, T: TemperatureProfile> Scene<F, T> {
-    /// The same scene, with field and temperature behind references; it costs nothing and probes
-    /// nothing.
+    /// The same scene, with field and temperature as trait objects behind references. Nothing is
+    /// checked again.
     pub fn as_any(&self) -> AnyScene<'_> {
         let Self { slab, particles, field, temperature, open_end } = self;
         Scene { slab: *slab, particles: *particles, field, temperature, open_end: *open_end }
@@ -160,7 +162,7 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
 
 #[cfg(test)]
 impl<F: Field, T> Scene<F, T> {
-    /// A scene that was not checked: tests put spheres where they like.
+    /// A scene without any check, for tests.
     pub(crate) fn unchecked(slab: Slab, particles: usize, field: F, temperature: T) -> Self {
         let open_end = Wall::lighter(&field, &slab);
         Self { slab, particles, field, temperature, open_end }
@@ -173,10 +175,10 @@ impl<F, T> Scene<F, T> {
         &self.slab
     }
 
-    /// The wall where the column ends, if it is open: that at which the potential is higher, from
-    /// which the field pulls spheres away. It is the lid under a field that pulls down, and in
-    /// a box without weight. Pressures are summed from it: P there is small, and at any other
-    /// height it is known to rounding from the weights between.
+    /// The wall at the dilute end of the column, where the potential is higher. It is the lid if
+    /// the field pulls down, and also if there is no field. Pressure profiles are summed from this
+    /// wall: P is small there, and the weight of the spheres between this wall and a height gives P
+    /// at that height.
     pub fn open_end(&self) -> Wall {
         self.open_end
     }

@@ -31,12 +31,13 @@ use std::sync::Arc;
 /// type VaryingTemperature = Simulation<UniformField, ExponentialTemperature>;
 /// ```
 ///
-/// The third parameter is the scheme by which a temperature that varies enters (see
-/// [`drive`](crate::drive)). It may be left out: [`Automatic`] suits any temperature, and
-/// isothermal scenes hold nothing for those that vary.
+/// The third parameter `S` is the scheme: how the effective field is found if the temperature
+/// varies with height (see [`drive`](crate::drive)). The default, [`Automatic`], works for any
+/// temperature profile and adds nothing to an isothermal simulation.
 ///
-/// A run has two phases. [`equilibrate`](Self::equilibrate) lets the drive adapt;
-/// [`run`](Self::run) measures, with whatever the drive froze. Observers look after every sweep.
+/// A simulation has two phases. [`equilibrate`](Self::equilibrate) lets the configuration and the
+/// effective field relax. [`run`](Self::run) is production: the effective field is frozen and
+/// observers sample. Observers are called after every sweep, in both phases.
 ///
 /// ```
 /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
@@ -59,17 +60,16 @@ pub struct Simulation<F, T, S: Scheme<F, T> = Automatic> {
     sweep: u64,
     move_counts: MoveCounts,
     phase: Phase,
-    /// Number of the last sweep before this phase.
+    /// Number of the last sweep before the current phase.
     before_phase: u64,
     monitor: Monitor,
-    /// Where the temperature varies.
+    /// Present if the temperature varies with height.
     balance: Option<Box<ForceBalance>>,
     #[cfg(feature = "checkpoint")]
     identity: Identity,
 }
 
-/// Collects the choices that make a [`Simulation`]: a scheme, a start, moves and a seed, in any
-/// order.
+/// Builder of a [`Simulation`]: sets its scheme, start, moves and seed, in any order.
 #[derive(Clone)]
 pub struct SimulationBuilder<F, T, S = Automatic> {
     scene: Scene<F, T>,
@@ -80,45 +80,48 @@ pub struct SimulationBuilder<F, T, S = Automatic> {
 }
 
 impl<F: Field, T: TemperatureProfile> Simulation<F, T> {
-    /// Describes a simulation of `scene`: the [`Automatic`] scheme, a start at the theory profile,
-    /// [`Moves::default`] and seed 0, until told otherwise.
+    /// Starts to build a simulation of `scene`. Defaults: the [`Automatic`] scheme, a start at the
+    /// theory profile, [`Moves::default`] and seed 0.
     pub fn builder(scene: Scene<F, T>) -> SimulationBuilder<F, T> {
         SimulationBuilder { scene, scheme: Automatic, start: Arc::new(Theory), moves: None, seed: 0 }
     }
 }
 
 impl<F: Field, T: TemperatureProfile, S> SimulationBuilder<F, T, S> {
-    /// How a temperature that varies enters; see [`drive`](crate::drive) for the choices.
+    /// Sets the scheme: how the effective field is found if the temperature varies with height. See
+    /// [`drive`](crate::drive) for the choices.
     pub fn scheme<R: Scheme<F, T>>(self, scheme: R) -> SimulationBuilder<F, T, R> {
         let Self { scene, start, moves, seed, .. } = self;
         SimulationBuilder { scene, scheme, start, moves, seed }
     }
 
-    /// Where the spheres are at first; see [`start`](crate::start) for the choices.
+    /// Sets the initial configuration; see [`start`](crate::start) for the choices.
     #[must_use]
     pub fn start(self, start: impl Start + 'static) -> Self {
         Self { start: Arc::new(start), ..self }
     }
 
-    /// What sweeps consist of; see [`moves`](crate::moves) for the choices.
+    /// Sets the moves of a sweep; see [`moves`](crate::moves) for the choices.
     #[must_use]
     pub fn moves(self, moves: impl Into<Moves>) -> Self {
         Self { moves: Some(moves.into()), ..self }
     }
 
-    /// Seed of the [`Generator`]: the same seed gives the same run on every machine.
+    /// Sets the seed of the random number [`Generator`]. The same seed gives the same run on every
+    /// machine.
     #[must_use]
     pub fn seed(self, seed: u64) -> Self {
         Self { seed, ..self }
     }
 
-    /// Makes the drive, places the spheres and checks them.
+    /// Builds the simulation: makes the potential, places the spheres and checks their positions.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for displacements that are too large for the slab,
-    /// [`Error::UnsuitableMoves`] for moves that the scheme does not take; what scheme and start
-    /// return; [`Error::OutsideSlab`] and [`Error::Overlap`] with the indices of the spheres;
-    /// [`Error::WrongParticleCount`] if the start does not place as many as the scene has.
+    /// [`Error::InvalidParameter`] if a maximum displacement is too large for the slab;
+    /// [`Error::UnsuitableMoves`] if the scheme does not accept the moves; [`Error::OutsideSlab`]
+    /// or [`Error::Overlap`] if the start places a sphere outside the slab or two spheres too
+    /// close; [`Error::WrongParticleCount`] if the start places another number of spheres than the
+    /// scene has; the errors of the scheme and of the start.
     pub fn build(self) -> Result<Simulation<F, T, S>, Error>
     where
         S: Scheme<F, T>,
@@ -136,7 +139,7 @@ impl<F: Field, T: TemperatureProfile, S> SimulationBuilder<F, T, S> {
         })
     }
 
-    /// Makes all but the configuration, which `spheres` makes.
+    /// Builds everything except the configuration, which `spheres` returns.
     fn place(
         self,
         spheres: impl FnOnce(&AnyScene<'_>, &dyn Start, &mut Generator) -> Result<Configuration, Error>,
@@ -175,13 +178,13 @@ impl<F: Field, T: TemperatureProfile, S> SimulationBuilder<F, T, S> {
 mod saved;
 
 impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
-    /// Runs `sweeps` sweeps during which the drive may adapt, and shows each to `observer`; `&mut
-    /// ()` looks at nothing.
+    /// Runs `sweeps` sweeps of equilibration, in which the scheme may change the effective field,
+    /// and calls `observer` after each sweep. Pass `&mut ()` to observe nothing.
     ///
     /// # Errors
-    /// [`Error::Observer`] with the observer's own error, [`Error::InvalidPotential`] where field
-    /// or temperature turn out not to be finite, or what the drive returns. The configuration
-    /// stays valid and the run can go on.
+    /// [`Error::Observer`] if the observer fails, with its error as the source;
+    /// [`Error::InvalidPotential`] if field or temperature are not finite at some height; the
+    /// errors of the scheme. The configuration stays valid, and the run can be continued.
     pub fn equilibrate<O: Observer + ?Sized>(&mut self, sweeps: u64, observer: &mut O) -> Result<(), Error> {
         if self.phase == Phase::Production {
             self.begin(Phase::Equilibration);
@@ -189,11 +192,12 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
         self.advance(sweeps, observer)
     }
 
-    /// Runs `sweeps` sweeps of production and shows each to `observer`. May be called again and
-    /// again: the phase starts at the first call after an equilibration.
+    /// Runs `sweeps` sweeps of production and calls `observer` after each sweep. Further calls
+    /// continue the same production; production starts anew only after another call of
+    /// [`equilibrate`](Self::equilibrate).
     ///
     /// # Errors
-    /// As [`equilibrate`](Self::equilibrate).
+    /// Those of [`equilibrate`](Self::equilibrate).
     pub fn run<O: Observer + ?Sized>(&mut self, sweeps: u64, observer: &mut O) -> Result<(), Error> {
         if self.phase == Phase::Equilibration {
             let Self { driven: Driven { scene, drive }, adaptation, balance, .. } = self;
@@ -213,7 +217,8 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     fn advance<O: Observer + ?Sized>(&mut self, sweeps: u64, observer: &mut O) -> Result<(), Error> {
         for _ in 0..sweeps {
             let Self { driven, configuration, generator, move_counts, phase, .. } = self;
-            // All who look, shown the same: who changes the potential does so afterwards.
+            // All observers see the same frame; the adaptation changes the potential only
+            // afterwards.
             let mut all = (&mut self.monitor, &mut self.balance, &mut self.adaptation, &mut *observer);
             let swept = self.engine.sweep(Sweep {
                 scene: &driven.scene,
@@ -225,8 +230,8 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
                 recorder: all.recorder(),
             });
             if let Err(error) = swept {
-                // No frame shows it, so those who heard of its moves learn here that they are not of a whole
-                // sweep.
+                // This sweep has no frame. The count tells recorders that the moves they have
+                // recorded are those of an incomplete sweep.
                 self.move_counts.incomplete_sweeps += 1;
                 return Err(error);
             }
@@ -246,22 +251,23 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
         Ok(())
     }
 
-    /// Warnings about the production run so far. No warnings is no proof of correctness.
+    /// Warnings about the production run so far. No warnings is no proof of correctness. The table
+    /// lists what is checked and which warnings may result.
     ///
-    /// | judged | raises |
+    /// | checked | warnings |
     /// |---|---|
-    /// | the series of the center of mass: its drift, its beginning against what follows, and its variance against what equilibrium demands of it; the memory that it shares with the numbers of spheres below two heights, and that of the first layers | [`TooShort`](Warning::TooShort), [`NotMixed`](Warning::NotMixed), [`NothingMoved`](Warning::NothingMoved) |
-    /// | its mean against [`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls), where that is good | [`FarFromTheory`](Warning::FarFromTheory), [`NoTheory`](Warning::NoTheory) |
-    /// | every 128th sweep, if all moves are local | [`LowAcceptance`](Warning::LowAcceptance) |
-    /// | the balance of forces and the field, where the temperature varies | [`FeedbackNotConverged`](Warning::FeedbackNotConverged), [`FieldOfTheory`](Warning::FieldOfTheory), [`CountingNoise`](Warning::CountingNoise), [`ChangesWhileMeasuring`](Warning::ChangesWhileMeasuring), [`SteepGradient`](Warning::SteepGradient), [`DensityJump`](Warning::DensityJump) |
-    /// | density, and pressure as the weight of what lies above | [`Metastable`](Warning::Metastable), [`BoxIncommensurate`](Warning::BoxIncommensurate) |
-    /// | the box | [`LidTooLow`](Warning::LidTooLow), [`NarrowBox`](Warning::NarrowBox) |
+    /// | height of the center of mass as a series: its drift, its mean early and late, and its variance compared with the equilibrium value; autocorrelation times of this height, of the numbers of spheres below two heights, and of the first layers at the base | [`TooShort`](Warning::TooShort), [`NotMixed`](Warning::NotMixed), [`NothingMoved`](Warning::NothingMoved) |
+    /// | mean height of the center of mass compared with [`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls), where that theory is accurate | [`FarFromTheory`](Warning::FarFromTheory), [`NoTheory`](Warning::NoTheory) |
+    /// | acceptance by height in every 128th sweep, if all moves are local | [`LowAcceptance`](Warning::LowAcceptance) |
+    /// | balance of forces and effective field, if the temperature varies | [`FeedbackNotConverged`](Warning::FeedbackNotConverged), [`FieldOfTheory`](Warning::FieldOfTheory), [`CountingNoise`](Warning::CountingNoise), [`ChangesWhileMeasuring`](Warning::ChangesWhileMeasuring), [`SteepGradient`](Warning::SteepGradient), [`DensityJump`](Warning::DensityJump) |
+    /// | density, and pressure from the weight of the spheres above | [`Metastable`](Warning::Metastable), [`BoxIncommensurate`](Warning::BoxIncommensurate) |
+    /// | height and widths of the box | [`LidTooLow`](Warning::LidTooLow), [`NarrowBox`](Warning::NarrowBox) |
     ///
-    /// Fewer than 2.5 independent configurations of the column or of what is near the base are too
-    /// few, as in the profiles. It is worked out when asked for, in some milliseconds (a second
-    /// or two where T changes by its own size within a diameter), since the theory of the scene
-    /// is solved; what it needs of the run is noted every few sweeps, from the first of
-    /// production on. Replicas are judged each by itself.
+    /// [`NotMixed`](Warning::NotMixed) is also given if the effective number of independent
+    /// configurations is below 2.5, for the column or for the layers at the base. A call solves the
+    /// theory of the scene, which takes some milliseconds (one or two seconds if T changes by its
+    /// own size within a diameter). The data are recorded every few sweeps from the start of
+    /// production. Each replica gives its own warnings.
     ///
     /// ```
     /// use gradient_mc::{Scene, Simulation, Slab, Warning, field::UniformField, temperature::Isothermal};
@@ -287,13 +293,13 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
         Case { scene, drive, adaptation, monitor, balance, engine }.warnings()
     }
 
-    /// What the production run so far has seen of the balance of forces; nothing in an isothermal
-    /// scene, where it holds by itself. Records of replicas can be merged.
+    /// The balance of forces recorded in the production run so far. `None` in an isothermal scene,
+    /// where the balance always holds. Records of replicas can be merged.
     pub fn force_balance(&self) -> Option<&ForceBalance> {
         self.balance.as_deref()
     }
 
-    /// The configuration as an observer sees it.
+    /// The current configuration, in the form in which observers get it.
     pub fn frame(&self) -> Frame<'_> {
         Frame {
             scene: self.driven.scene.as_any(),
@@ -306,12 +312,13 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
         }
     }
 
-    /// Whether the production run so far can be trusted: whether the field it was made in is that
-    /// of the density which it made, to a relative `tolerance`, and whether the column was at
-    /// rest.
+    /// Checks whether the effective field of the production run so far is self-consistent, to a
+    /// relative `tolerance`, and whether the column was stationary. The check compares the pressure
+    /// held up by the forces of the effective field with the weight of the column; see
+    /// [`ForceBalance`].
     ///
-    /// An isothermal scene has no field that could be wrong: there only the column is judged, and
-    /// the verdict is [`Isothermal`](crate::drive::Convergence::Isothermal) if it is at rest.
+    /// An isothermal scene has no effective field, so only the column is checked. The result is
+    /// [`Isothermal`](crate::drive::Convergence::Isothermal) if the column was stationary.
     ///
     /// ```
     /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::ExponentialTemperature};
@@ -326,8 +333,8 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
     /// ```
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a tolerance that is not between 0 and 1;
-    /// [`Error::TooFewObservations`] for a production run below 320 sweeps.
+    /// [`Error::InvalidParameter`] if the tolerance is not between 0 and 1;
+    /// [`Error::TooFewObservations`] if production has fewer than 320 sweeps.
     pub fn certificate(&self, tolerance: f64) -> Result<Certificate, Error> {
         let Self { monitor, .. } = self;
         let certificate = match self.force_balance() {
@@ -338,45 +345,45 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
         Ok(certificate.mixed(independent))
     }
 
-    /// What is simulated.
+    /// The scene that is simulated.
     pub fn scene(&self) -> &Scene<F, T> {
         &self.driven.scene
     }
 
-    /// The reduced potential in force.
+    /// The drive, which gives the current reduced potential u(x) = U(x)/T.
     pub fn drive(&self) -> &S::Drive {
         &self.driven.drive
     }
 
-    /// What adapts it.
+    /// The adaptation, which changes the reduced potential during equilibration.
     pub fn adaptation(&self) -> &S::Adaptation {
         &self.adaptation
     }
 
-    /// Pressure on the wall at the [open end](Scene::open_end), in m g/d², that the potential in
-    /// force assumes: what a pressure profile starts from. Without error, and none in an
-    /// isothermal scene.
+    /// Pressure on the wall at the [open end](Scene::open_end), in m g/d², that the current
+    /// potential assumes. Pressure profiles are summed from this value. It has no standard error,
+    /// and is 0 in an isothermal scene.
     pub fn open_end_pressure(&self) -> f64 {
         self.driven.drive.open_end_pressure()
     }
 
-    /// Sweeps done so far, equilibration included.
+    /// Number of sweeps so far, equilibration included.
     pub fn sweep(&self) -> u64 {
         self.sweep
     }
 
-    /// Trials and acceptances so far.
+    /// Counts of the moves tried and accepted so far.
     pub fn move_counts(&self) -> &MoveCounts {
         &self.move_counts
     }
 
-    /// The maximum displacements of [`LocalMoves::tuned`](crate::moves::LocalMoves::tuned) as they
-    /// are now, alone or between event chains; none of other moves.
+    /// The current maximum displacements of [`LocalMoves::tuned`](crate::moves::LocalMoves::tuned),
+    /// used alone or between event chains. `None` if the simulation has no tuned local moves.
     pub fn tuned_displacements(&self) -> Option<&TunedDisplacements> {
         self.engine.local()?.tuning()
     }
 
-    /// Centers of the spheres, in diameters: where another run can start, with
+    /// Centers of the spheres, in diameters. Another simulation can start from them with
     /// [`start::Positions`](crate::start::Positions) and another seed.
     pub fn positions(&self) -> Vec<Vector3<f64>> {
         self.configuration.positions().iter().map(|&position| position.into()).collect()

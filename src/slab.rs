@@ -1,12 +1,12 @@
-//! The box: periodic across, walled below and above.
+//! The simulation box: hard walls below and above, periodic along y and z.
 
 use crate::Error;
 use std::f64::consts::{PI, SQRT_2};
 
 /// A tall box: periodic in y and z, hard walls at x = 0 and x = height.
 ///
-/// Lengths are in sphere diameters. A wall stops the *surface* of a sphere, so a center lives in
-/// `[0.5, height - 0.5]`.
+/// Lengths are in sphere diameters. Walls act on the surface of a sphere, so the height of a center
+/// is in `[0.5, height - 0.5]`.
 ///
 /// ```
 /// use gradient_mc::Slab;
@@ -22,23 +22,23 @@ pub struct Slab {
 }
 
 impl Slab {
-    /// Smallest periodic width in diameters: below it a sphere could meet two images of another.
+    /// Smallest periodic width, in diameters. In a narrower box a sphere could touch two images of
+    /// another sphere.
     pub const MINIMUM_WIDTH: f64 = 3.0;
-    /// Smallest height in diameters.
+    /// Smallest height, in diameters.
     pub const MINIMUM_HEIGHT: f64 = 2.0;
-    /// Largest extent in diameters.
+    /// Largest height or width, in diameters.
     pub const MAXIMUM_EXTENT: f64 = 1e6;
-    /// Largest volume of a scene in cubic diameters, twice that of 10⁷ spheres in 400 x 500 x 500:
-    /// cells take four to eight bytes per cubic diameter (more in slabs below ten diameters
-    /// high or across: up to four times as much), spheres some 150 bytes each. Nothing else
-    /// grows with the volume.
+    /// Largest volume of a scene, in cubic diameters: twice that of a slab of 400 x 500 x 500. The
+    /// cells need four to eight bytes of memory per cubic diameter (up to four times as much in
+    /// slabs below ten diameters high or wide), and each sphere needs about 150 bytes.
     pub const MAXIMUM_VOLUME: f64 = 2e8;
 
-    /// A slab of the given height and periodic widths along y and z, in diameters.
+    /// Makes a slab of the given height and periodic widths along y and z, in diameters.
     ///
     /// # Errors
-    /// [`Error::SlabTooSmall`] below 3 diameters across or 2 in height;
-    /// [`Error::InvalidParameter`] for an extent that is not finite or above 10⁶.
+    /// [`Error::SlabTooSmall`] if a width is below 3 or the height below 2;
+    /// [`Error::InvalidParameter`] if one of them is not finite or above 10⁶.
     pub fn new(height: f64, width_y: f64, width_z: f64) -> Result<Self, Error> {
         for (direction, name, extent, minimum) in [
             ('x', "slab height", height, Self::MINIMUM_HEIGHT),
@@ -56,13 +56,13 @@ impl Slab {
         Ok(Self { height, widths: [width_y, width_z] })
     }
 
-    /// Distance between the walls.
+    /// Distance between the walls, in diameters.
     #[must_use]
     pub fn height(&self) -> f64 {
         self.height
     }
 
-    /// Periodic widths along y and z.
+    /// Periodic widths along y and z, in diameters.
     #[must_use]
     pub fn widths(&self) -> [f64; 2] {
         self.widths
@@ -74,13 +74,13 @@ impl Slab {
         self.widths[0] * self.widths[1]
     }
 
-    /// Lowest height of a sphere's center.
+    /// Lowest possible height of a center: 0.5 diameters.
     #[must_use]
     pub fn lowest_center(&self) -> f64 {
         0.5
     }
 
-    /// Highest height of a sphere's center.
+    /// Highest possible height of a center, in diameters.
     #[must_use]
     pub fn highest_center(&self) -> f64 {
         self.height - 0.5
@@ -92,8 +92,7 @@ impl Slab {
         particles as f64 * PI / 6.0 / (self.base_area() * self.height)
     }
 
-    /// An upper bound on the number of spheres that fit: close packing (π/√18) of the slab's
-    /// volume.
+    /// Upper bound on the number of spheres in the slab: its volume at close packing, π/√18.
     #[must_use]
     pub fn capacity(&self) -> usize {
         // Truncation is the floor that is meant.

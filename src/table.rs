@@ -10,7 +10,7 @@ use crate::observers::{
 };
 use std::io::{self, Write};
 
-/// A point of a profile as a row of a table; the feature `csv` brings it.
+/// A point of a profile as a row of a table. Needs the feature `csv`.
 ///
 /// ```
 /// use gradient_mc::{Row, WriteCsv};
@@ -30,18 +30,18 @@ use std::io::{self, Write};
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```
 pub trait Row {
-    /// Name and unit of every column; that of a standard error ends in `_error`.
+    /// Name and unit of every column. The name of a standard error ends in `_error`.
     const COLUMNS: &'static [[&'static str; 2]];
 
-    /// The numbers, one for each column.
+    /// The numbers of the row, one for each column.
     fn cells(&self) -> Vec<f64>;
 }
 
-/// Something that is written as a CSV table in one call; the feature `csv` brings it.
+/// Writes a profile as a CSV table. Needs the feature `csv`.
 ///
-/// First comes a line that begins with `#` and names the units, then the header, then a row for
-/// each point. Numbers read back as the same bits; what is not known is `NaN`. All profiles can be
-/// written, the slices of their points, and [`Layer`]s and [`DeviationPoint`]s.
+/// The first line begins with `#` and names the units. Then come the header and a row for each
+/// point. Numbers read back as the same bits; missing values are `NaN`. Implemented by all
+/// profiles, by slices of their points, and by slices of [`Layer`]s and [`DeviationPoint`]s.
 ///
 /// ```
 /// use gradient_mc::equation_of_state::ModifiedKolafa;
@@ -59,11 +59,11 @@ pub trait Row {
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```
 pub trait WriteCsv {
-    /// Writes the table.
+    /// Writes the table to `writer`.
     ///
     /// # Errors
-    /// [`Error::Write`] with what the writer returned; [`Error::TooFewObservations`] for a profile
-    /// that has no errors yet.
+    /// [`Error::Write`] if the writer fails; [`Error::TooFewObservations`] for a profile with too
+    /// few frames for standard errors.
     fn write_csv(&self, writer: impl Write) -> Result<(), Error>;
 }
 

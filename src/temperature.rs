@@ -7,7 +7,8 @@ use crate::numerics::differentiate_above;
 use crate::{Error, Slab};
 use std::sync::Arc;
 
-/// Temperature as a function of height, in m g d (Boltzmann's constant is 1).
+/// A temperature profile: temperature as a function of height, in m g d (Boltzmann's constant is
+/// 1).
 ///
 /// ```
 /// use gradient_mc::TemperatureProfile;
@@ -21,23 +22,24 @@ use std::sync::Arc;
 /// assert!(Bump.logarithmic_gradient(40.0).abs() < 1e-9);
 /// ```
 ///
-/// A profile is `Send` and `Sync`, as a [`Field`](crate::Field) is and for the same reasons; its
-/// `&`, `Box` and `Arc` are profiles too.
+/// A profile is `Send` and `Sync`, because threads share it. `&`, `Box` and `Arc` of a profile are
+/// profiles too.
 pub trait TemperatureProfile: Send + Sync {
-    /// T(x): positive and finite over the whole slab. Nothing is asked outside it.
+    /// T(x) in m g d: positive and finite over the whole slab. It is never evaluated outside the
+    /// slab.
     fn temperature(&self, height: f64) -> f64;
 
-    /// d ln T/dx; the default differentiates [`temperature`](Self::temperature), with heights up to
-    /// 0.002 above the one asked for, none of them below 0.
+    /// d ln T/dx in inverse diameters. The default differentiates
+    /// [`temperature`](Self::temperature) numerically, at heights up to 0.002 above `height` and
+    /// never below 0.
     fn logarithmic_gradient(&self, height: f64) -> f64 {
         differentiate_above(|x| self.temperature(x), height, 1e-3, 0.0) / self.temperature(height)
     }
 
-    /// The temperature if it is the same at all heights and that is known without a look at them;
-    /// by default unknown.
+    /// The temperature if it is the same at all heights; the default `None` means unknown.
     ///
-    /// A scene whose profile answers runs as fast as one of [`Isothermal`]; one whose profile only
-    /// turns out to be constant is isothermal as well.
+    /// With `Some`, a scene runs as fast as one with [`Isothermal`]. A profile that returns `None`
+    /// but has the same temperature at all heights is detected and treated as isothermal too.
     #[inline]
     fn constant(&self) -> Option<f64> {
         None
@@ -64,14 +66,15 @@ macro_rules! forward_profile {
 }
 forward_profile!(&T, Box<T>, Arc<T>);
 
-/// The same temperature everywhere: equilibrium, and no feedback of any kind.
+/// The same temperature at all heights. The simulation is an ordinary equilibrium simulation
+/// without an effective field.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Isothermal {
     temperature: f64,
 }
 
 impl Isothermal {
-    /// Temperature in m g d.
+    /// Makes an isothermal profile of this temperature, in m g d.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] unless positive and finite.
@@ -95,7 +98,8 @@ impl TemperatureProfile for Isothermal {
     }
 }
 
-/// T(x) = T₀ exp(−βx), eq. (2) of doi:10.1103/PhysRevE.83.061306: the paper's case (c).
+/// Exponential profile T(x) = T₀ exp(−βx), eq. (2) of doi:10.1103/PhysRevE.83.061306: case (c) of
+/// the paper.
 ///
 /// ```
 /// use gradient_mc::temperature::{ExponentialTemperature, TemperatureProfile};
@@ -111,8 +115,8 @@ pub struct ExponentialTemperature {
 }
 
 impl ExponentialTemperature {
-    /// Temperature T₀ at x = 0 in m g d, and decay rate β in inverse diameters (negative: hotter
-    /// above).
+    /// Makes a profile with temperature `base` = T₀ at x = 0, in m g d, and `decay_rate` = β in
+    /// inverse diameters (negative if the top is hotter).
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] unless T₀ is positive and both are finite.
@@ -133,7 +137,7 @@ impl TemperatureProfile for ExponentialTemperature {
     }
 }
 
-/// T(x) = T₀ + s x; the slab must end before it reaches zero.
+/// Linear profile T(x) = T₀ + s x. It must be positive over the whole slab.
 ///
 /// ```
 /// use gradient_mc::temperature::{LinearTemperature, TemperatureProfile};
@@ -147,7 +151,8 @@ pub struct LinearTemperature {
 }
 
 impl LinearTemperature {
-    /// Temperature at x = 0 in m g d, and its slope per diameter.
+    /// Makes a profile with temperature `base` = T₀ at x = 0, in m g d, and `slope` = s per
+    /// diameter.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] unless T₀ is positive and both are finite.
@@ -168,7 +173,7 @@ impl TemperatureProfile for LinearTemperature {
     }
 }
 
-/// A profile given at points, linear between them and constant beyond the first and last.
+/// A profile from a table: linear between its points, constant below the first and above the last.
 ///
 /// ```
 /// use gradient_mc::temperature::{TabulatedTemperature, TemperatureProfile};
@@ -183,14 +188,15 @@ pub struct TabulatedTemperature {
 }
 
 impl TabulatedTemperature {
-    /// Pairs of height and temperature, heights strictly rising.
+    /// Makes a profile from pairs of height (in diameters) and temperature (in m g d), with
+    /// strictly increasing heights.
     ///
     /// # Errors
     /// [`Error::InvalidTemperature`] for a temperature that is not positive and finite;
-    /// [`Error::InvalidParameter`] for an empty table, or a height that is not finite or does not
-    /// rise.
+    /// [`Error::InvalidParameter`] for an empty table, or for heights that are not finite and
+    /// strictly increasing.
     pub fn new(points: Vec<(f64, f64)>) -> Result<Self, Error> {
-        let requirement = "the table needs at least one point, and finite heights that rise";
+        let requirement = "the table needs at least one point, and finite heights that strictly rise";
         let name = "height in the temperature table";
         if points.is_empty() {
             return Err(Error::InvalidParameter { name, value: f64::NAN, requirement });
@@ -246,9 +252,10 @@ impl<T: Fn(f64) -> f64 + Send + Sync> TemperatureProfile for TemperatureFn<T> {
     }
 }
 
-/// Checks a profile over the whole slab: positive and finite, and what it says to be constant is.
+/// Checks over the whole slab that a profile is positive and finite, and that it equals the
+/// temperature that `constant` returns.
 pub(crate) fn probe<T: TemperatureProfile + ?Sized>(profile: &T, slab: &Slab) -> Result<(), Error> {
-    // Forty probes to a diameter however tall the slab is.
+    // At least forty probes per diameter.
     const LEAST: f64 = 16_384.0;
     // Heights are at most 1e6.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
@@ -259,7 +266,7 @@ pub(crate) fn probe<T: TemperatureProfile + ?Sized>(profile: &T, slab: &Slab) ->
         if !(temperature.is_finite() && temperature > 0.0) {
             return Err(Error::InvalidTemperature { height, temperature });
         }
-        // To the bit: it takes the place of the other.
+        // The bits must be equal, because the constant replaces the profile.
         let differs = |constant: &f64| constant.to_bits() != temperature.to_bits();
         if let Some(constant) = profile.constant().filter(differs) {
             return Err(Error::InconsistentTemperature { height, temperature, constant });
@@ -268,8 +275,8 @@ pub(crate) fn probe<T: TemperatureProfile + ?Sized>(profile: &T, slab: &Slab) ->
     Ok(())
 }
 
-/// The temperature of a slab if it is the same at all heights, to rounding: known, or found by a
-/// look at four heights to a diameter. A profile has been probed at forty.
+/// The temperature of a slab if it is the same at all heights, up to rounding: from `constant`, or
+/// found by evaluating four heights per diameter.
 pub(crate) fn constant<T: TemperatureProfile + ?Sized>(profile: &T, slab: &Slab) -> Option<f64> {
     const DENSITY: f64 = 4.0;
     const LEAST: u32 = 256;

@@ -1,17 +1,21 @@
-//! What makes a result doubtful, said by the program itself.
+//! Warnings: reasons why a result may be wrong.
+
+mod evidence;
+
+pub use evidence::{Disagreement, MixingEvidence, Quantity};
 
 use crate::drive::{Certificate, MeasuredShare};
 use crate::hydrostatics::DomainExit;
 use crate::statistics::Estimate;
 use std::fmt;
 
-/// A reason not to trust a run, a profile or a theory, with the numbers that say how bad it is.
+/// A reason why a run, a profile or a theory may be wrong, with the numbers that show how much.
 ///
-/// [`Simulation::warnings`](crate::Simulation::warnings) judges a production run,
+/// [`Simulation::warnings`](crate::Simulation::warnings) checks a production run,
 /// [`HydrostaticProfile::warnings`](crate::HydrostaticProfile::warnings) a theory profile, and the
-/// profiles of [`observers`](crate::observers) judge their bins. Each prints as one line: what,
-/// where, how much, and what to do. No warnings is no proof of correctness; each variant says what
-/// it checks. Heights and lengths are in diameters.
+/// `warnings` of the profiles in [`observers`](crate::observers) their bins. Each warning prints as
+/// one line: what is wrong, where, the numbers, and what to do. No warnings is no proof of
+/// correctness. Heights and lengths are in diameters.
 ///
 /// ```
 /// use gradient_mc::{Scene, Slab, Warning, equation_of_state::ModifiedKolafa};
@@ -26,32 +30,33 @@ use std::fmt;
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
-    /// Production was too short for any judgment.
+    /// Production is too short to be judged.
     #[non_exhaustive]
     TooShort {
         /// Sweeps of production so far.
         sweeps: u64,
-        /// Fewest sweeps that can be judged.
+        /// Smallest number of sweeps that can be judged.
         needed: u64,
     },
-    /// Local moves, the only ones, are hardly ever accepted in a range of heights.
+    /// The acceptance of local moves is very low in a range of heights, and there are no other
+    /// moves.
     #[non_exhaustive]
     LowAcceptance {
         /// Lower end of the range.
         lowest_height: f64,
         /// Upper end of the range.
         highest_height: f64,
-        /// Acceptance there.
+        /// Acceptance in the range, from 0 to 1.
         acceptance: f64,
-        /// Part of the spheres that is there.
+        /// Fraction of the spheres that are in the range.
         share: f64,
     },
-    /// Production has not explored the configurations that it should.
+    /// Production is not equilibrated, or too short for its slowest quantity.
     #[non_exhaustive]
     NotMixed {
         /// Sweeps of production so far.
         sweeps: u64,
-        /// What gives it away.
+        /// The observation that shows it.
         evidence: MixingEvidence,
     },
     /// No sphere has moved.
@@ -59,74 +64,78 @@ pub enum Warning {
         /// Sweeps of production so far.
         sweeps: u64,
     },
-    /// The center of mass is far from where the theory has it, where the theory is good.
+    /// The mean height of the center of mass differs from the theory, in a scene where the theory
+    /// is accurate.
     #[non_exhaustive]
     FarFromTheory {
-        /// Height of the center of mass, with the error that the run claims.
+        /// Mean height of the center of mass, with the standard error of the run.
         center_of_mass: Estimate,
-        /// That of [`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls).
+        /// Height of the center of mass by
+        /// [`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls).
         theory: f64,
     },
-    /// The effective field is not that of the density that it made, or it cannot be told.
+    /// The effective field is not self-consistent, or production is too short to decide.
     #[non_exhaustive]
     FeedbackNotConverged {
-        /// The verdict in full.
+        /// The certificate, which compares the forces of the field with the weight of the column.
         certificate: Certificate,
     },
-    /// The effective field is mostly that of the theory; little of it was measured.
+    /// The effective field comes mostly from the theory; only a small part of it was measured.
     #[non_exhaustive]
     FieldOfTheory {
-        /// How much was.
+        /// The part that was measured.
         measured: MeasuredShare,
     },
-    /// The field comes from the counts of single configurations, whose noise biases it
-    /// ([`Instantaneous`](crate::drive::Instantaneous)).
+    /// The effective field comes from the counts of single configurations, and their noise biases
+    /// it ([`Instantaneous`](crate::drive::Instantaneous)).
     #[non_exhaustive]
     CountingNoise {
-        /// Mean number of spheres in a bin of the field, over spheres.
+        /// Number of spheres in a bin of the field, averaged over spheres.
         spheres_per_bin: f64,
-        /// What P/(nTZ) − 1 is predicted to be at the base, for moves that cross bins; infinite if
-        /// the column runs away.
+        /// Predicted P/(nTZ) − 1 at the base, for moves that cross bins; infinite if the column has
+        /// no steady state.
         pressure_deviation: f64,
     },
-    /// The reduced potential has changed during production, which breaks detailed balance.
+    /// The reduced potential changed during production, which breaks detailed balance.
     #[non_exhaustive]
     ChangesWhileMeasuring {
         /// Number of changes since production began.
         changes: u64,
     },
-    /// Pressure on the wall at the open end of the column, the lid if the field pulls down, which
-    /// P(x) as a weight leaves out unless it is told.
+    /// The wall at the open end of the column (the lid if the field pulls down) carries pressure.
+    /// P(x) from the weight of the column leaves this pressure out unless `set_open_end_pressure`
+    /// adds it.
     #[non_exhaustive]
     LidTooLow {
-        /// Height of that wall.
+        /// Height of this wall.
         lid: f64,
-        /// Pressure on it over the largest pressure.
+        /// Pressure on this wall divided by the largest pressure in the column.
         pressure_ratio: f64,
     },
-    /// Pressure or density are above those of freezing: a fluid there is metastable, and what a
-    /// crystal or a glass is like depends on how it came about.
+    /// Pressure or density are above those of freezing. A fluid there is metastable, and the
+    /// structure of a crystal or a glass depends on the history of the run.
     #[non_exhaustive]
     Metastable {
         /// Lower end of the range.
         lowest_height: f64,
         /// Upper end of the range.
         highest_height: f64,
-        /// Largest packing fraction measured in it, layers averaged over.
+        /// Largest packing fraction measured in the range, averaged over layers.
         packing_fraction: f64,
     },
-    /// The column freezes, and the periodic widths are not those of a crystal of the density that
-    /// it has at the base.
+    /// The column freezes, and the crystal at its dense end does not fit the periodic widths
+    /// without strain.
     #[non_exhaustive]
     BoxIncommensurate {
-        /// Largest principal strain of the hexagonal layers that fit best, over all orientations.
+        /// Largest principal strain of hexagonal layers, in the orientation that fits best.
         strain: f64,
         /// Narrower periodic width.
         width: f64,
-        /// Distance of neighbors in the unstrained crystal at the base.
+        /// Distance of nearest neighbors in the unstrained crystal.
         lattice_constant: f64,
     },
-    /// Spheres of a dense layer see their own images.
+    /// The box is so narrow that spheres of a dense layer are correlated with their own periodic
+    /// images.
     #[non_exhaustive]
     NarrowBox {
         /// Narrower periodic width.
@@ -134,228 +143,117 @@ pub enum Warning {
         /// Packing fraction at the densest height.
         packing_fraction: f64,
     },
-    /// Bins in the column in which no sphere was ever seen.
+    /// Bins inside the column in which no sphere was ever recorded.
     #[non_exhaustive]
     EmptyBins {
         /// Number of such bins.
         bins: usize,
-        /// Middle of the lowest.
+        /// Middle of the lowest of these bins.
         lowest_height: f64,
-        /// Middle of the highest.
+        /// Middle of the highest of these bins.
         highest_height: f64,
     },
-    /// Bins in the column that were seen occupied too seldom for their error bars to mean anything.
+    /// Bins inside the column that were occupied too seldom for a standard error.
     #[non_exhaustive]
     ThinBins {
         /// Number of such bins.
         bins: usize,
-        /// Middle of the lowest.
+        /// Middle of the lowest of these bins.
         lowest_height: f64,
-        /// Middle of the highest.
+        /// Middle of the highest of these bins.
         highest_height: f64,
-        /// Fewest blocks of frames in which one of them was occupied.
+        /// Number of blocks of frames in which the worst of these bins was occupied.
         blocks: usize,
     },
-    /// Bins in the column whose counts or pressures are known from few independent configurations,
-    /// so that their error bars are too small or mean little.
+    /// Bins inside the column with too few independent configurations: their error bars are too
+    /// small or very uncertain.
     #[non_exhaustive]
     CorrelatedBins {
-        /// Middle of the lowest of those that were judged together.
+        /// Middle of the lowest bin of the range that was judged.
         lowest_height: f64,
-        /// Middle of the highest.
+        /// Middle of the highest of these bins.
         highest_height: f64,
-        /// As many independent configurations would know them as well.
+        /// Effective number of independent configurations.
         effective_sample_size: f64,
     },
-    /// Replicas that were merged contradict each other: they have not all reached the same state.
+    /// Merged replicas differ by more than their standard errors: not all have reached the same
+    /// state.
     #[non_exhaustive]
     ReplicasDisagree {
-        /// Where they do.
+        /// The quantity in which they differ.
         disagreement: Disagreement,
     },
-    /// Bins over which the density changes too much to be compared with a local equation of state
-    /// by their means.
+    /// Bins so wide that P/(nT) from the mean density of a bin differs from a local equation of
+    /// state.
     #[non_exhaustive]
     WideBins {
         /// Height of a bin.
         bin_width: f64,
-        /// Middle of the worst.
+        /// Middle of the worst bin.
         height: f64,
-        /// Estimate of the relative error of P/(nT) there: (Δx d ln n/dx)²/24.
+        /// Estimated relative error of P/(nT) in this bin: (Δx d ln n/dx)²/24.
         bias: f64,
     },
     /// An equation of state is used outside its domain.
     #[non_exhaustive]
     OutsideDomain {
-        /// Where and how far.
+        /// The heights at which the domain is left, and the packing fraction.
         exit: DomainExit,
     },
-    /// An equation of state is used inside its domain, but is not that of hard spheres there.
+    /// An equation of state is used at a density where it is inaccurate for hard spheres.
     #[non_exhaustive]
     InaccurateEquation {
-        /// The densest height.
+        /// Height at which the density is largest.
         height: f64,
         /// Packing fraction there.
         packing_fraction: f64,
-        /// Its Z over that of the best equation
-        /// ([`FluidSolid`](crate::equation_of_state::FluidSolid)), less 1.
+        /// Relative deviation of its Z from that of the best equation
+        /// ([`FluidSolid`](crate::equation_of_state::FluidSolid)).
         deviation: f64,
     },
-    /// The density changes by of order 1 over a diameter, where a local equation of state is wrong.
+    /// The density changes by a factor of order e within one diameter, where a local equation of
+    /// state is wrong.
     #[non_exhaustive]
     SteepGradient {
-        /// Where it is steepest.
+        /// Height at which the density is steepest.
         height: f64,
         /// d ln n/dx there, in inverse diameters.
         slope: f64,
-        /// Part of the spheres that is where the slope is too steep.
+        /// Fraction of the spheres at heights where the slope is too steep.
         share: f64,
     },
-    /// Ranks and collisions do not yield the same equation of state
+    /// Ranks and collisions give different equations of state
     /// ([`MeasuredEquationOfState`](crate::observers::MeasuredEquationOfState)).
     #[non_exhaustive]
     RoutesDisagree {
-        /// Packing fraction at which they are farthest apart, of those that were compared.
+        /// Packing fraction at which they differ most, of those that were compared.
         packing_fraction: f64,
         /// Z there by ranks.
         ranks: Estimate,
         /// Z there by collisions.
         collisions: Estimate,
     },
-    /// The density of the theory jumps: at a jump of the temperature, or where fluid and solid
-    /// meet.
+    /// The density of the theory has a jump: at a jump of the temperature, or between fluid and
+    /// solid.
     #[non_exhaustive]
     DensityJump {
-        /// Where.
+        /// Height of the jump.
         height: f64,
         /// Number density just below.
         below: f64,
         /// Number density just above.
         above: f64,
     },
-    /// The hydrostatic theory has no profile, so nothing could be compared with it.
+    /// The hydrostatic theory has no solution for this scene, so the run was not compared with it.
     #[non_exhaustive]
     NoTheory {
-        /// Where it stopped; NaN if nowhere in particular.
+        /// Height at which the solution stopped; NaN if no height is known.
         height: f64,
     },
 }
 
-/// Where merged replicas contradict each other; of [`Warning::ReplicasDisagree`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub enum Disagreement {
-    /// In the height of the center of mass.
-    #[non_exhaustive]
-    CenterOfMass {
-        /// Lowest mean of a replica.
-        lowest: f64,
-        /// Highest.
-        highest: f64,
-    },
-    /// In some bins of a profile.
-    #[non_exhaustive]
-    Bins {
-        /// Number of such bins.
-        bins: usize,
-        /// Middle of the lowest.
-        lowest_height: f64,
-        /// Middle of the highest.
-        highest_height: f64,
-    },
-}
-
-impl fmt::Display for Disagreement {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::CenterOfMass { lowest, highest } => {
-                write!(formatter, "their centers of mass are at {lowest:.3} to {highest:.3}")
-            }
-            Self::Bins { bins, lowest_height, highest_height } => {
-                write!(formatter, "in {bins} bins between heights {lowest_height:.2} and {highest_height:.2}")
-            }
-        }
-    }
-}
-
-/// The parts of a column by whose memory a run is judged; of [`MixingEvidence::FewIndependent`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[non_exhaustive]
-pub enum Quantity {
-    /// All of it: the height of the center of mass, and the numbers of spheres below two heights.
-    Column,
-    /// What is near the base: the numbers of spheres in the first layer, and in the lowest two
-    /// diameters.
-    Base,
-}
-
-impl fmt::Display for Quantity {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter.write_str(match self {
-            Self::Column => "the column",
-            Self::Base => "what is near the base",
-        })
-    }
-}
-
-/// What gives away that a run has not mixed; of [`Warning::NotMixed`].
-#[derive(Debug, Clone, Copy, PartialEq)]
-#[non_exhaustive]
-pub enum MixingEvidence {
-    /// The center of mass still moves.
-    #[non_exhaustive]
-    Drift {
-        /// Its height in the second half of production less that in the first.
-        drift: Estimate,
-    },
-    /// The center of mass began production far from where it is later.
-    #[non_exhaustive]
-    Relaxing {
-        /// Its mean height in the first eighth of production less that in the second half.
-        shift: Estimate,
-    },
-    /// The slowest of what is judged has seen few independent configurations: fewer than 2.5.
-    #[non_exhaustive]
-    FewIndependent {
-        /// The slowest.
-        quantity: Quantity,
-        /// As many independent configurations would know its mean as well.
-        effective_sample_size: f64,
-    },
-    /// The center of mass fluctuates less than it must in equilibrium.
-    #[non_exhaustive]
-    TooQuiet {
-        /// Variance of its height in production.
-        variance: f64,
-        /// What the sum rule demands.
-        required: f64,
-    },
-}
-
-impl fmt::Display for MixingEvidence {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            Self::Drift { drift } => {
-                write!(formatter, "the center of mass still moves, by {drift} between the halves of it")
-            }
-            Self::Relaxing { shift } => write!(
-                formatter,
-                "the start still relaxes: in the first eighth of it the center of mass is {shift} above where it is in the \
-                 second half"
-            ),
-            Self::FewIndependent { quantity, effective_sample_size } => {
-                let number = effective_sample_size;
-                write!(formatter, "{quantity} is known as from {number:.1} independent configurations")
-            }
-            Self::TooQuiet { variance, required } => write!(
-                formatter,
-                "the center of mass has a variance of {variance:.2e}, where equilibrium demands {required:.2e}"
-            ),
-        }
-    }
-}
-
-/// A wall that carries more of the largest pressure is not where a column ends.
+/// If the wall carries a larger part of the largest pressure, the scene is a closed box and not a
+/// column that ends below its lid.
 const CLOSED: f64 = 0.3;
 
 impl fmt::Display for Warning {
@@ -368,24 +266,24 @@ impl fmt::Display for Warning {
             ),
             Self::LowAcceptance { lowest_height, highest_height, acceptance, share } => write!(
                 formatter,
-                "low acceptance: {:.2} % of the local moves between heights {lowest_height:.1} and {highest_height:.1}, \
-                 where {:.0} % of the spheres are: take smaller displacements, LocalMoves::tuned or EventChains",
+                "low acceptance: {:.2} % of the local moves are accepted between heights {lowest_height:.1} and \
+                {highest_height:.1}, where {:.0} % of the spheres are: use smaller displacements, LocalMoves::tuned or EventChains",
                 100.0 * acceptance,
                 100.0 * share,
             ),
             Self::NotMixed { sweeps, evidence } => write!(
                 formatter,
-                "not mixed after {sweeps} sweeps of production: {evidence}: equilibrate and run longer, or take \
-                 EventChains or LocalMoves::tuned"
+                "not mixed after {sweeps} sweeps of production: {evidence}: equilibrate and run longer, or use \
+                EventChains or LocalMoves::tuned"
             ),
             Self::NothingMoved { sweeps } => write!(
                 formatter,
-                "nothing has moved in {sweeps} sweeps of production: spheres are jammed, or displacements too large: take \
-                 LocalMoves::tuned or EventChains, equilibrate first, or start from another configuration"
+                "nothing has moved in {sweeps} sweeps of production: the spheres are jammed, or the displacements are \
+                too large: use LocalMoves::tuned or EventChains, equilibrate first, or start from another configuration"
             ),
             Self::FarFromTheory { center_of_mass, theory } => write!(
                 formatter,
-                "far from theory: the center of mass is at {center_of_mass}, where hydrostatics has {theory:.3}: \
+                "far from theory: the mean height of the center of mass is {center_of_mass}, but {theory:.3} by hydrostatics: \
                  equilibrate longer, or start from the theory profile"
             ),
             Self::FeedbackNotConverged { certificate } => {
@@ -393,24 +291,24 @@ impl fmt::Display for Warning {
             }
             Self::FieldOfTheory { measured } => write!(
                 formatter,
-                "the field is theory in part: {measured} was measured: equilibrate longer, by \
-                 EventChains, whose collisions measure the bulk"
+                "field of the theory: only {measured} of the effective field was measured: equilibrate longer, with \
+                EventChains, whose collisions measure the field in the bulk"
             ),
             Self::CountingNoise { spheres_per_bin, pressure_deviation } => write!(
                 formatter,
-                "counting noise in the field: {spheres_per_bin:.1} spheres in a bin bias P at the base by up to \
-                 {:.2} %: take SelfConsistent, or wider bins or a larger base",
+                "counting noise in the field: {spheres_per_bin:.1} spheres per bin bias P at the base by up to \
+                {:.2} %: use SelfConsistent, wider bins or a larger base",
                 100.0 * pressure_deviation,
             ),
             Self::ChangesWhileMeasuring { changes } => write!(
                 formatter,
-                "the field has changed {changes} times while measuring, which breaks detailed balance: take a scheme \
-                 that freezes it"
+                "changes while measuring: the effective field changed {changes} times during production, which breaks \
+                detailed balance: use a scheme that freezes the field"
             ),
             Self::LidTooLow { lid, pressure_ratio } if *pressure_ratio > CLOSED => write!(
                 formatter,
-                "closed box: the wall at height {lid:.1} carries {:.2} % of the largest pressure, which P(x) as a weight \
-                 leaves out: measure it (WallPressure) and add it (set_open_end_pressure)",
+                "closed box: the wall at height {lid:.1} carries {:.2} % of the largest pressure, and P(x) from \
+                the weight of the column leaves this out: measure it (WallPressure) and add it (set_open_end_pressure)",
                 100.0 * pressure_ratio,
             ),
             Self::LidTooLow { lid, pressure_ratio } => write!(
@@ -423,76 +321,76 @@ impl fmt::Display for Warning {
             Self::Metastable { lowest_height, highest_height, packing_fraction } => write!(
                 formatter,
                 "beyond freezing between heights {lowest_height:.1} and {highest_height:.1}, up to packing fraction \
-                 {packing_fraction:.3}: a fluid there is metastable and a solid depends on its history: start from both \
-                 sides, or take a hotter or lighter column"
+                {packing_fraction:.3}: a fluid there is metastable, and a solid depends on the history of the run: compare \
+                runs from a dense and a dilute start, or use a hotter or lighter column"
             ),
             Self::BoxIncommensurate { strain, width, lattice_constant } => write!(
                 formatter,
-                "box incommensurate: a crystal with neighbors {lattice_constant:.3} apart is strained by {:.1} % to fit \
-                 the base ({width:.2} across): take widths of whole rows, or a larger base",
+                "box incommensurate: the crystal (neighbors {lattice_constant:.3} apart) is strained by {:.1} % to fit the base \
+                (width {width:.2}): use widths that hold whole rows of spheres, or a larger base",
                 100.0 * strain,
             ),
             Self::NarrowBox { width, packing_fraction } => write!(
                 formatter,
-                "narrow box: at packing fraction {packing_fraction:.2} spheres see their own images {width:.2} away: \
-                 take a wider base"
+                "narrow box: at packing fraction {packing_fraction:.2} spheres are correlated with their own \
+                periodic images {width:.2} away: use a wider base"
             ),
             Self::EmptyBins { bins, lowest_height, highest_height } => write!(
                 formatter,
-                "empty bins: {bins} between heights {lowest_height:.2} and {highest_height:.2} never held a sphere: take \
-                 wider bins or run longer"
+                "empty bins: {bins} bins between heights {lowest_height:.2} and {highest_height:.2} never held a sphere: \
+                use wider bins or run longer"
             ),
             Self::ThinBins { bins, lowest_height, highest_height, blocks } => write!(
                 formatter,
-                "thin bins: {bins} between heights {lowest_height:.2} and {highest_height:.2} held a sphere in as few as \
-                 {blocks} blocks, too few for an error bar: take wider bins or run longer"
+                "thin bins: {bins} bins between heights {lowest_height:.2} and {highest_height:.2} were occupied in too few \
+                blocks of frames for an error bar, the worst in {blocks}: use wider bins or run longer"
             ),
             Self::CorrelatedBins { lowest_height, highest_height, effective_sample_size } => write!(
                 formatter,
-                "correlated bins: those between heights {lowest_height:.2} and {highest_height:.2} are known as from \
-                 {effective_sample_size:.0} independent configurations: run longer"
+                "correlated bins: the effective number of independent configurations is only \
+                {effective_sample_size:.0} between heights {lowest_height:.2} and {highest_height:.2}: run longer"
             ),
             Self::RoutesDisagree { packing_fraction, ranks, collisions } => write!(
                 formatter,
-                "ranks and collisions disagree: at packing fraction {packing_fraction:.3} Z is {ranks} and {collisions}: the \
-                 column is not at rest: equilibrate longer"
+                "ranks and collisions disagree: at packing fraction {packing_fraction:.3} Z is {ranks} by ranks \
+                and {collisions} by collisions: the column is not stationary: equilibrate longer"
             ),
             Self::ReplicasDisagree { disagreement } => write!(
                 formatter,
-                "replicas disagree: {disagreement}: equilibrate longer, and judge every replica by itself"
+                "replicas disagree: {disagreement}: equilibrate longer, and read the warnings of each replica"
             ),
             Self::WideBins { bin_width, height, bias } => write!(
                 formatter,
-                "wide bins: over the {bin_width:.2} around height {height:.1} the density changes so much that P/(nT) of \
-                 its mean is off by some {:.1} %: take narrower bins",
+                "wide bins: over a bin of {bin_width:.2} at height {height:.1} the density changes so much that P/(nT) \
+                from its mean is off by about {:.1} %: use narrower bins",
                 100.0 * bias,
             ),
             Self::OutsideDomain { exit } => write!(
                 formatter,
                 "outside the domain of the equation of state between heights {:.2} and {:.2}: packing fraction {:.4} is \
-                 beyond {:.4}: take an equation that is valid there (FluidSolid)",
+                beyond its limit {:.4}: use an equation that is valid there (FluidSolid)",
                 exit.lowest_height, exit.highest_height, exit.packing_fraction, exit.limit,
             ),
             Self::InaccurateEquation { height, packing_fraction, deviation } => write!(
                 formatter,
                 "inaccurate equation of state: Z is off by {:.2} % at height {height:.1} (packing fraction \
-                 {packing_fraction:.3}): take ModifiedKolafa or FluidSolid",
+                {packing_fraction:.3}): use ModifiedKolafa or FluidSolid",
                 100.0 * deviation,
             ),
             Self::SteepGradient { height, slope, share } => write!(
                 formatter,
-                "steep gradient: d ln n/dx = {slope:.2} at height {height:.1}, and too steep for a local equation of state \
-                 for {:.1} % of the spheres: simulate, and do not compare with a local equation there",
+                "steep gradient: d ln n/dx = {slope:.2} at height {height:.1}, and {:.1} % of the spheres are where it is too steep \
+                for a local equation of state: simulate, and do not compare with a local equation there",
                 100.0 * share,
             ),
             Self::DensityJump { height, below, above } => write!(
                 formatter,
-                "the density of the local theory jumps from {below:.4} to {above:.4} at height {height:.2}, where a real one \
-                 goes over in some diameters: do not compare within five diameters of it"
+                "density jump: the local theory jumps from {below:.4} to {above:.4} at height {height:.2}, while the real density \
+                changes over some diameters: do not compare within five diameters of this height"
             ),
             Self::NoTheory { height } => write!(
                 formatter,
-                "no theory to compare with: hydrostatics stopped at height {height:.2}: judge by runs from both sides"
+                "no theory to compare with: hydrostatics stopped at height {height:.2}: compare runs from a dense and a dilute start"
             ),
         }
     }

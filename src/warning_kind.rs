@@ -5,7 +5,7 @@ use std::fmt;
 
 macro_rules! kinds {
     ($($variant:ident $words:literal),+ $(,)?) => {
-        /// What a [`Warning`] is about, without its numbers: to count, filter and look up by.
+        /// The kind of a [`Warning`], without its numbers, to count and filter warnings.
         ///
         /// ```
         /// use gradient_mc::{Scene, Simulation, Slab, WarningKind};
@@ -29,7 +29,7 @@ macro_rules! kinds {
         }
 
         impl Warning {
-            /// What this is about, without its numbers.
+            /// The kind of this warning.
             #[must_use]
             pub fn kind(&self) -> WarningKind {
                 match self {

@@ -1,4 +1,4 @@
-//! What does not compile is explained by the compiler in the words of the library.
+//! Compile errors show the hints of the library.
 
 #![allow(clippy::unwrap_used)]
 
@@ -37,7 +37,7 @@ fn refusal(name: &str) -> String {
 fn what_is_no_scheme_is_refused_with_a_hint() {
     let said = refusal("not_a_scheme.rs");
     for part in
-        ["`MyScheme` is no scheme for a field `UniformField`", "leave `.scheme()` out", "SelfConsistent"]
+        ["`MyScheme` is not a scheme for a field `UniformField`", "leave `.scheme()` out", "SelfConsistent"]
     {
         assert!(said.contains(part), "{said}");
     }

@@ -1,7 +1,7 @@
-//! An isothermal scene carries nothing of the feedback that other temperatures need: no table, no
-//! allocation in a sweep, and φ/T to the bit. That it costs no time either is shown by
-//! `cargo bench --bench throughput`, which compares it with a drive specialized by hand. And a slab
-//! that is nearly empty takes memory for its spheres only, and a trajectory for what it holds.
+//! An isothermal scene has no cost of the feedback: no table, no allocation in a sweep, and φ/T
+//! with the same bits. (`cargo bench --bench throughput` compares its time with a drive specialized
+//! by hand.) A nearly empty slab needs memory only for its spheres, and a trajectory only for its
+//! content.
 
 #![allow(clippy::unwrap_used)]
 

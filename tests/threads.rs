@@ -1,7 +1,7 @@
-//! The outcome of a sweep does not depend on how many threads share it.
+//! The result of a sweep does not depend on the number of threads.
 //!
-//! Without the feature `rayon` there is one thread, whatever is asked for; the digest of the
-//! positions is that of every thread count, with the feature and without.
+//! Without the feature `rayon` there is always one thread. The digest of the positions is the same
+//! for all numbers of threads, with and without the feature.
 
 #![allow(clippy::unwrap_used)]
 

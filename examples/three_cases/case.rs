@@ -1,4 +1,4 @@
-//! The three cases: what differs between them.
+//! The three cases: field, temperature and names of each.
 
 use super::measurement::{Replica, Task};
 use super::protocol::SchemeChoice;
@@ -8,7 +8,7 @@ use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{Error, Field, Scene, TemperatureProfile};
 use paper::Failure;
 
-/// One of the paper's three systems.
+/// One of the three systems of the paper.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Case {
     Isothermal,
@@ -37,7 +37,7 @@ impl Case {
         if self == Self::VaryingTemperature { 0.02 } else { 0.0 }
     }
 
-    /// Name of the files.
+    /// Name of the output files.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Isothermal => "isothermal",
@@ -62,11 +62,11 @@ impl Case {
         match self {
             Self::Isothermal => format!("Isothermal column in a uniform field: T = {temperature} mgd"),
             Self::VaryingField => format!(
-                "Isothermal column in a field that grows with height: T = {temperature} mgd, a = g exp({} x/d)",
+                "Isothermal column in a field that increases with height: T = {temperature} mgd, a = g exp({} x/d)",
                 self.field_rate()
             ),
             Self::VaryingTemperature => format!(
-                "Temperature that falls with height in a uniform field: T = {temperature} mgd exp(−{} x/d)",
+                "Temperature that decreases with height in a uniform field: T = {temperature} mgd exp(−{} x/d)",
                 self.temperature_decay()
             ),
         }

@@ -1,5 +1,5 @@
-//! The three systems of Mehrotra, Puri and Khakhar (doi:10.1103/PhysRevE.83.061306), on its
-//! parameters:
+//! The three systems of Mehrotra, Puri and Khakhar (doi:10.1103/PhysRevE.83.061306), with the
+//! parameters of the paper:
 //!
 //! | case | field | temperature |
 //! |---|---|---|
@@ -7,12 +7,12 @@
 //! | (b) | a = exp(0.02 x) | T = 20 |
 //! | (c) | a = 1 | T = 20 exp(−0.02 x) |
 //!
-//! each with 40 spheres per area of the base, in a box 400 high. One run of each yields the
-//! equation of state from the base density up to the dilute top; it is compared with
+//! Each has 40 spheres per area of the base (in d²) in a box 400 d high. One run of each gives the
+//! equation of state from the density at the base to the dilute top; it is compared with
 //! Carnahan-Starling and with the modified Kolafa-Labík-Malijevský equation. Every case writes a
 //! CSV file, a PNG and an SVG.
 
-// A summary is put together once; the clearer call is the better one.
+// The summary is built only once, so the clearer call is used.
 #![allow(clippy::format_push_string)]
 
 #[macro_use]
@@ -42,7 +42,7 @@ fn main() -> ExitCode {
     study::main("three_cases", run)
 }
 
-/// Refuses what cannot be simulated before anything starts, in the words of the command line.
+/// Checks the arguments before anything starts, and names the options in its errors.
 fn check(arguments: &Arguments) -> Result<(), Failure> {
     const FEWEST: f64 = Protocol::COLUMN_DENSITY * Slab::MINIMUM_WIDTH * Slab::MINIMUM_WIDTH;
     const MOST: f64 = Protocol::COLUMN_DENSITY * Slab::MAXIMUM_VOLUME / Protocol::HEIGHT;
@@ -51,23 +51,25 @@ fn check(arguments: &Arguments) -> Result<(), Failure> {
     if let Some(particles) = arguments.particles
         && !(FEWEST..=MOST).contains(&(particles as f64))
     {
-        return Err(format!("--particles {particles}: take {FEWEST} to {MOST}").into());
+        return Err(format!("--particles {particles} is invalid: use {FEWEST} to {MOST}").into());
     }
     if let Some(width) = arguments.bin_width {
         let (narrowest, widest) = (Protocol::HEIGHT / MAXIMUM_BINS as f64, Protocol::HEIGHT);
         if !(narrowest..=widest).contains(&width) {
-            return Err(format!("--bin-width {width}: take {narrowest} to {widest} diameters").into());
+            return Err(
+                format!("--bin-width {width} is invalid: use {narrowest} to {widest} diameters").into()
+            );
         }
     }
     for (name, sweeps, least) in
         [("--sweeps", arguments.sweeps, 1), ("--equilibration", arguments.equilibration, 0)]
     {
         if let Some(sweeps) = sweeps.filter(|sweeps| !(least..=MOST_SWEEPS).contains(sweeps)) {
-            return Err(format!("{name} {sweeps}: take {least} to {MOST_SWEEPS}").into());
+            return Err(format!("{name} {sweeps} is invalid: use {least} to {MOST_SWEEPS}").into());
         }
     }
     if let Some(replicas) = arguments.replicas.filter(|replicas| !(1..=MOST_REPLICAS).contains(replicas)) {
-        return Err(format!("--replicas {replicas}: take 1 to {MOST_REPLICAS}").into());
+        return Err(format!("--replicas {replicas} is invalid: use 1 to {MOST_REPLICAS}").into());
     }
     Ok(())
 }
@@ -76,7 +78,7 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     check(arguments)?;
     let protocol = Protocol::new(arguments, session)?;
     let goes_on = session.unfinished.goes_on();
-    println!("{protocol}{}", if goes_on { "; goes on where it was stopped" } else { "" });
+    println!("{protocol}{}", if goes_on { "; continues an interrupted run" } else { "" });
     if arguments.paper && !goes_on {
         announce_duration(&protocol, session)?;
     }
@@ -99,13 +101,13 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
         let outcomes = measured.by_ref().take(usize::try_from(protocol.replicas)?);
         match replicas_of(outcomes.collect()) {
             Ok(replicas) if replicas.is_empty() => {
-                println!("{}: interrupted before anything was measured", case.head());
+                println!("{}: interrupted before production", case.head());
             }
             Ok(replicas) => match write_case(case, &replicas, &protocol, &session.directory) {
                 Ok(report) => reports.push(report),
-                // That must not cost the cases that are complete.
+                // An interrupted case must not prevent the tables of complete ones.
                 Err(failure) if interrupted && is_too_short(&failure) => {
-                    println!("{}: interrupted before enough was measured for a table", case.head());
+                    println!("{}: interrupted with too few data for a table", case.head());
                 }
                 Err(failure) => failures.push(format!("{}: {}", case.head(), explained(&*failure))),
             },
@@ -123,7 +125,7 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     Ok(if interrupted { Ending::Interrupted } else { Ending::Finished })
 }
 
-/// The replicas of a case that have measured something, unless one has failed.
+/// The replicas of a case that have data; an error if one has failed.
 fn replicas_of(outcomes: Vec<Result<Replica, Failure>>) -> Result<Vec<Replica>, Failure> {
     let mut replicas = Vec::new();
     for (number, outcome) in outcomes.into_iter().enumerate() {
@@ -137,7 +139,7 @@ fn replicas_of(outcomes: Vec<Result<Replica, Failure>>) -> Result<Vec<Replica>, 
     Ok(replicas)
 }
 
-/// Whether all that is wrong is that too little was measured.
+/// Whether the failure is only a lack of data.
 fn is_too_short(failure: &Failure) -> bool {
     matches!(failure.downcast_ref(), Some(Error::TooFewObservations { .. }))
 }
@@ -156,7 +158,7 @@ fn write_case(
     Ok(report)
 }
 
-/// Says how long the protocol takes on this machine, from a few sweeps of each case.
+/// Prints the estimated duration of the protocol on this machine, from a few sweeps of each case.
 fn announce_duration(protocol: &Protocol, session: &Session) -> Result<(), Failure> {
     let trial = &protocol.trial();
     let size = |_: &Case| trial.sweeps_per_replica();
@@ -170,13 +172,13 @@ fn announce_duration(protocol: &Protocol, session: &Session) -> Result<(), Failu
     let sweeps = protocol.sweeps_per_replica() as f64;
     let mut free_at = vec![0.0; replicas::thread_count(threads)];
     for seconds in speeds.iter().flat_map(|seconds| (0..protocol.replicas).map(move |_| seconds * sweeps)) {
-        // Each replica goes to the thread that is free first.
+        // Each replica runs on the thread that is free first.
         free_at.sort_by(f64::total_cmp);
         free_at[0] += seconds;
     }
     let total = Duration::from_secs_f64(free_at.into_iter().fold(0.0, f64::max));
     println!(
-        "estimate: {} on {} threads; Ctrl-C stops, and the same command goes on",
+        "estimated duration: {} on {} threads; stop with Ctrl-C, continue with the same command",
         in_words(total),
         replicas::thread_count(threads)
     );

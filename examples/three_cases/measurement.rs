@@ -1,5 +1,5 @@
-//! One replica: equilibrate, then measure in consecutive intervals. It goes on where an earlier
-//! process was stopped.
+//! One replica: equilibration, then production in consecutive intervals. An interrupted replica
+//! continues.
 
 use super::protocol::{Protocol, StartChoice};
 use gradient_mc::checkpoint::{Archive, Persist};
@@ -12,28 +12,27 @@ use gradient_mc::{
 use paper::{Failure, Interrupted, Watch};
 use std::time::Duration;
 
-/// Sweeps between two looks at the configuration: counting spheres costs less than moving them, but
-/// not nothing, and neighboring sweeps look alike.
+/// Sweeps between two samples; neighboring sweeps are strongly correlated, and sampling takes time.
 const OBSERVATION_INTERVAL: u64 = 5;
 
-/// What one replica measured.
+/// The results of one replica.
 pub(crate) struct Replica {
-    /// Profiles of the intervals that were at least begun.
+    /// Profiles of the intervals that have begun.
     pub(crate) profiles: Vec<EquationOfStateProfile>,
     pub(crate) center_of_mass: CenterOfMass,
     /// Z from ranks and from collisions.
     pub(crate) fit: EquationOfStateFit,
-    /// Whether the effective field was the right one, where there is one.
+    /// Balance of forces, which tests the effective field; `None` without an effective field.
     pub(crate) force_balance: Option<ForceBalance>,
-    /// What the run says against itself.
+    /// Warnings about the run.
     pub(crate) warnings: Vec<Warning>,
-    /// Processor time of the whole replica, that of earlier processes included.
+    /// CPU time of the replica, including earlier processes.
     pub(crate) busy: Duration,
-    /// Sweeps measured.
+    /// Number of sweeps of production.
     pub(crate) measured: u64,
 }
 
-/// What a replica is simulated with, beside scene and scheme.
+/// The parameters of a replica in addition to scene and scheme.
 #[derive(Clone, Copy)]
 pub(crate) struct Task<'a> {
     pub(crate) protocol: &'a Protocol,
@@ -43,7 +42,7 @@ pub(crate) struct Task<'a> {
 
 /// A profile for every interval.
 struct Intervals {
-    /// Sweeps of each.
+    /// Number of sweeps of each interval.
     sweeps: Vec<u64>,
     profiles: Vec<EquationOfStateProfile>,
 }
@@ -69,7 +68,7 @@ impl Persist for Intervals {
 }
 
 impl Task<'_> {
-    /// Simulates one replica of a scene. One that is interrupted has measured what it has by then.
+    /// Simulates one replica of a scene. An interrupted replica returns its data so far.
     pub(crate) fn simulate<F, T, S>(self, scene: Scene<F, T>, scheme: S) -> Result<Replica, Failure>
     where
         F: Field,

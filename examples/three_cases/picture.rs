@@ -31,7 +31,7 @@ fn profile(report: &Report) -> Panel {
     let top = round_up(highest.map_or(1.0, |bin| bin.height), 10.0);
     let densest = report.bins.iter().map(|bin| bin.number_density_theory).fold(0.0, f64::max);
     let spacing = top / 60.0;
-    // Below, one bin in several would look like scatter: the panel of the layers shows them all.
+    // Every n-th bin would look like scatter in the layers; the panel of the layers shows all bins.
     let mut next = BULK_BEGINS;
     let points = report.bins.iter().filter(move |bin| {
         let shown = bin.height >= next;
@@ -55,7 +55,7 @@ fn profile(report: &Report) -> Panel {
     .line("hydrostatics, Carnahan–Starling", colors::VERMILION, Mark::Line, theory(report))
 }
 
-/// The layers at the wall, which the local theory does not know.
+/// The layers at the wall, which the local theory does not describe.
 fn layers(report: &Report) -> Panel {
     let place = Place { left: 0.0, top: 0.615, width: 0.5, height: 0.385 };
     let bins = report.bins.iter().filter(|bin| bin.height < BULK_BEGINS);
@@ -108,7 +108,7 @@ fn equation_of_state(report: &Report) -> Panel {
     )
     .line("Carnahan–Starling", colors::VERMILION, Mark::Line, curve(&CarnahanStarling))
     .line("modified Kolafa–Labík–Malijevský", colors::BLUE, Mark::Dashed, curve(&ModifiedKolafa))
-    // For the legend alone: the panel below has no room for one of its own.
+    // Only for the legend, because the panel below has no space for one.
     .points("below: ranks, from all heights together", colors::GREEN, Mark::Points, [])
     .points("below: collisions, from all heights together", colors::PURPLE, Mark::Points, [])
 }
@@ -119,7 +119,7 @@ fn deviation(report: &Report) -> Panel {
     let against =
         |eta: f64, factor: Estimate| factor * (1.0 / CarnahanStarling.compressibility_factor(eta)) - 1.0;
     let routes: [fn(&Factor) -> Estimate; 2] = [|factor| factor.ranks, |factor| factor.collisions];
-    // A little apart, so that both error bars are seen.
+    // Slightly shifted, so that both error bars are visible.
     let points = |route: usize| {
         let shift = (route as f64 - 0.5) * 0.008 * densest;
         report.factors.iter().map(move |factor| {
@@ -131,7 +131,7 @@ fn deviation(report: &Report) -> Panel {
         let factor = Estimate::exact(ModifiedKolafa.compressibility_factor(eta));
         (eta, 100.0 * against(eta, factor).mean)
     });
-    // Every point is inside; the ends of long error bars may not be.
+    // All points are inside the panel; long error bars may be clipped.
     let largest = (0..2).flat_map(points).map(|point| point.y.abs()).filter(|y| y.is_finite());
     let range = round_up(1.2 * largest.fold(0.4, f64::max), 0.25);
     Panel::new(

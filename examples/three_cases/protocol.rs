@@ -1,4 +1,4 @@
-//! How long, how many and from where: the command line, made definite.
+//! The command line, and the protocol of the runs.
 
 use super::case::Case;
 use clap::ValueEnum;
@@ -11,28 +11,27 @@ use std::fmt;
 /// Simulates the three systems of doi:10.1103/PhysRevE.83.061306 and compares each with theory.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Arguments {
-    /// Where the spheres are at first [default: theory; with --paper: random-insertion]
+    /// Initial configuration [default: theory; with --paper: random-insertion]
     #[arg(long, value_enum)]
     pub(crate) start: Option<StartChoice>,
 
-    /// How the varying temperature of case (c) enters
+    /// Scheme for the effective field of case (c)
     #[arg(long, value_enum, default_value_t = SchemeChoice::SelfConsistent)]
     pub(crate) scheme: SchemeChoice,
 
-    /// What sweeps consist of [default: both; with --paper: local]
+    /// Moves of a sweep [default: both; with --paper: local]
     #[arg(long, value_enum)]
     pub(crate) moves: Option<MovesChoice>,
 
-    /// Sweeps measured in every replica [default: 6000; with --paper: 500000]
+    /// Sweeps of production of every replica [default: 6000; with --paper: 500000]
     #[arg(long)]
     pub(crate) sweeps: Option<u64>,
 
-    /// Sweeps before the measurement [default: 1500; with --paper: 500000]
+    /// Sweeps of equilibration of every replica [default: 1500; with --paper: 500000]
     #[arg(long)]
     pub(crate) equilibration: Option<u64>,
 
-    /// Spheres [default: 5760; with --paper: 25000]. The base is a square of area N/40, so that the
-    /// column stays that of the paper
+    /// Number of spheres N; the base is a square of N/40 d² [default: 5760; with --paper: 25000]
     #[arg(long)]
     pub(crate) particles: Option<usize>,
 
@@ -44,48 +43,48 @@ pub(crate) struct Arguments {
     #[arg(long)]
     pub(crate) bin_width: Option<f64>,
 
-    /// The full protocol of the paper: random insertion of 25 000 spheres, 500000 sweeps, then five
-    /// intervals of 100000 (hours). Options given beside it take precedence
+    /// Use the protocol of the paper: random insertion of 25000 spheres, 500000 sweeps of
+    /// equilibration, five intervals of 100000 sweeps (hours); other options take precedence
     #[arg(long)]
     pub(crate) paper: bool,
 }
 
-/// Where the spheres are at first.
+/// Initial configuration.
 #[derive(ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum StartChoice {
-    /// Random insertion at n = 0.1: far too high
+    /// Random insertion at n = 0.1/d³: the column starts far too high
     RandomInsertion,
-    /// The hydrostatic profile of theory: close to the answer, and therefore no evidence
+    /// The hydrostatic profile: close to the steady state, so agreement with theory is no test
     Theory,
-    /// A crystal on the base: far too low
+    /// A close-packed crystal on the base: the column starts far too low
     ClosePacked,
 }
 
-/// What sweeps consist of.
+/// Moves of a sweep.
 #[derive(ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum MovesChoice {
-    /// Event chains: nothing is rejected, and the column relaxes in a thousandth of the time
+    /// Event chains: rejection-free, the column relaxes about a thousand times faster
     Chains,
-    /// The paper's trial displacements of single spheres
+    /// Trial displacements of single spheres, as in the paper
     Local,
-    /// Displacements of single spheres whose sizes are tuned by height, with long jumps among them
+    /// Trial displacements of single spheres with sizes tuned by height, and long jumps
     Tuned,
-    /// Event chains, and tuned displacements between them
+    /// Event chains with tuned displacements between them
     Both,
 }
 
-/// How a temperature that varies enters the acceptance.
+/// Scheme for the effective field if the temperature varies.
 #[derive(ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum SchemeChoice {
-    /// Measured while equilibrating, then frozen
+    /// Iterated from measurements in equilibration, then frozen
     SelfConsistent,
-    /// From the equation of state: it is imposed, not measured
+    /// From an equation of state, which is an input and not measured
     Closure,
-    /// From every sweep's histogram, as the paper is written
+    /// From the histogram of every sweep, as in the paper
     Instantaneous,
 }
 
-/// Everything that a run depends on.
+/// All parameters of a run.
 #[derive(Debug, Clone)]
 pub(crate) struct Protocol {
     pub(crate) start: StartChoice,
@@ -94,7 +93,7 @@ pub(crate) struct Protocol {
     pub(crate) particles: usize,
     pub(crate) replicas: u64,
     pub(crate) equilibration: u64,
-    /// Consecutive intervals of measurement, in sweeps: the paper's runs.
+    /// Consecutive intervals of production, in sweeps: the runs of the paper.
     pub(crate) intervals: Vec<u64>,
     pub(crate) bin_width: f64,
     first_seed: u64,
@@ -107,8 +106,8 @@ impl Protocol {
     pub(crate) const COLUMN_DENSITY: f64 = 40.0;
     /// Largest displacement in a trial move, in diameters.
     const MAXIMUM_DISPLACEMENT: f64 = 0.75;
-    /// Of event chains between tuned moves: collisions and ranks then become known about equally
-    /// well.
+    /// Path of event chains per sphere and sweep, between tuned moves, in diameters. With this
+    /// value Z from collisions and from ranks has similar errors.
     const PATH_PER_SPHERE: f64 = 0.12;
 
     pub(crate) fn new(arguments: &Arguments, session: &Session) -> Result<Self, Failure> {
@@ -135,12 +134,12 @@ impl Protocol {
         })
     }
 
-    /// A few sweeps near the steady state, to see how fast this machine is.
+    /// A short protocol near the steady state, to measure the speed of this machine.
     pub(crate) fn trial(&self) -> Self {
         Self { start: StartChoice::Theory, equilibration: 40, intervals: Vec::new(), ..self.clone() }
     }
 
-    /// What the library is to make sweeps of.
+    /// The moves for the library.
     pub(crate) fn moves(&self) -> Result<Moves, Failure> {
         Ok(match self.moves {
             MovesChoice::Chains => EventChains::default().into(),
@@ -153,7 +152,7 @@ impl Protocol {
         })
     }
 
-    /// The moves as they stand on the command line.
+    /// The moves as named on the command line.
     pub(crate) fn moves_name(&self) -> String {
         name_of(&self.moves)
     }
@@ -167,17 +166,17 @@ impl Protocol {
         (self.particles as f64 / Self::COLUMN_DENSITY).sqrt()
     }
 
-    /// Bins of the whole height, as near to the width asked for as divides it.
+    /// Number of bins over the whole height, with about the requested width.
     pub(crate) fn bins(&self) -> usize {
         count(Self::HEIGHT / self.bin_width)
     }
 
-    /// Sweeps measured.
+    /// Number of sweeps of production.
     pub(crate) fn production(&self) -> u64 {
         self.intervals.iter().sum()
     }
 
-    /// Sweeps of one replica, equilibration included.
+    /// Number of sweeps of one replica, including equilibration.
     pub(crate) fn sweeps_per_replica(&self) -> u64 {
         self.equilibration + self.production()
     }
@@ -207,7 +206,7 @@ impl fmt::Display for Protocol {
     }
 }
 
-/// A choice as it stands on the command line.
+/// A choice as named on the command line.
 fn name_of(choice: &impl ValueEnum) -> String {
     choice.to_possible_value().map_or(String::new(), |value| value.get_name().to_owned())
 }

@@ -1,4 +1,4 @@
-//! What the measurements of a case say: profiles, deviations from theory, and the CSV file.
+//! Evaluation of a case: profiles, deviations from theory, and CSV files.
 
 use super::case::Case;
 use super::measurement::Replica;
@@ -18,12 +18,13 @@ use paper::warnings;
 use std::path::Path;
 use std::time::Duration;
 
-/// Below this height the layers at the wall are not described by any equation of state.
+/// Lower end of the bulk, in diameters. Below are the layers at the wall, which no equation of
+/// state describes.
 pub(crate) const BULK_BEGINS: f64 = 8.0;
-/// Where the density is below this, counts are too few.
+/// Lowest number density of the bulk; below it there are too few counts.
 pub(crate) const BULK_DENSITY: f64 = 0.02;
 
-/// One bin of the measured profile, beside theory.
+/// One bin of the measured profile, with the theory.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Bin {
     pub(crate) height: f64,
@@ -46,13 +47,13 @@ impl Bin {
         self.number_density.mean * self.temperature * factor
     }
 
-    /// Whether an equation of state can be expected to hold here, and counts suffice to see it.
+    /// Whether the bin is in the bulk: an equation of state holds, and there are enough counts.
     fn is_bulk(&self) -> bool {
         self.height > BULK_BEGINS && self.number_density.mean > BULK_DENSITY
     }
 }
 
-/// Z at one packing fraction, by each route and by both.
+/// Z at one packing fraction, from each route and from both combined.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Factor {
     pub(crate) packing_fraction: f64,
@@ -61,7 +62,7 @@ pub(crate) struct Factor {
     pub(crate) collisions: Estimate,
 }
 
-/// Z at 0.05, 0.075, 0.10 ... up to the densest state above the layers.
+/// Z at packing fractions 0.05, 0.075, 0.10 ... up to the largest above the layers.
 fn factors(measured: &MeasuredEquationOfState) -> Result<Vec<Factor>, Error> {
     let packing_fractions: Vec<f64> = (2..40_u32)
         .map(|step| 0.025 * f64::from(step))
@@ -87,11 +88,11 @@ fn factors(measured: &MeasuredEquationOfState) -> Result<Vec<Factor>, Error> {
 pub(crate) struct Pulls {
     pub(crate) rms: f64,
     pub(crate) largest: f64,
-    /// Packing fraction of the largest.
+    /// Packing fraction of the largest deviation.
     pub(crate) at: f64,
 }
 
-/// Mean and largest over the bulk of a measure that the paper prints.
+/// Mean and largest value over the bulk of a measure of error of the paper.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Range {
     pub(crate) mean: f64,
@@ -110,29 +111,29 @@ impl Range {
     }
 }
 
-/// Everything about one case.
+/// The results of one case.
 pub(crate) struct Report {
     pub(crate) case: Case,
     pub(crate) particles: usize,
     pub(crate) bins: Vec<Bin>,
-    /// None of runs that are too short for it.
+    /// Empty if the runs are too short.
     pub(crate) factors: Vec<Factor>,
-    /// Heights from which they are.
+    /// Range of heights from which they are measured.
     pub(crate) heights: Option<[f64; 2]>,
     pub(crate) center_of_mass: Option<Estimate>,
     pub(crate) center_of_mass_theory: f64,
-    /// Verdict on the effective field, where there is one and enough was measured.
+    /// Certificate of the effective field; `None` without one, or with too few data.
     pub(crate) certificate: Option<Certificate>,
-    /// What the replicas say against themselves, a line for each kind.
+    /// Warnings about the replicas, one line for each kind.
     pub(crate) warnings: Vec<String>,
-    /// Second half of the measurement minus the first, mean over the replicas.
+    /// Mean height of the center of mass in the second half of production minus that in the first
+    /// half, averaged over replicas.
     pub(crate) drift: Option<Estimate>,
-    /// Packing fraction from the base up to where the bulk begins: mean over the layers at the
-    /// wall.
+    /// Mean packing fraction of the layers at the base, below the bulk.
     pub(crate) low_packing_fraction: f64,
     pub(crate) low_packing_fraction_theory: f64,
     pub(crate) busy: Duration,
-    /// σ of eq. (32) between the runs, and how many runs; there is none for a single run.
+    /// σ of eq. (32) between the runs; `None` for a single run.
     pub(crate) scatter: Option<Range>,
     pub(crate) runs: usize,
     /// δ of eq. (33).
@@ -140,7 +141,7 @@ pub(crate) struct Report {
 }
 
 impl Report {
-    /// Of the certificate: the smallest that runs of the usual length can tell.
+    /// Tolerance of the certificate: the smallest that runs of the default length can resolve.
     const TOLERANCE: f64 = 0.02;
 
     /// Evaluates the replicas of a case.
@@ -205,13 +206,13 @@ impl Report {
         })
     }
 
-    /// Bins where an equation of state can be expected to hold.
+    /// The bins of the bulk.
     pub(crate) fn bulk(&self) -> impl Iterator<Item = &Bin> + Clone {
         self.bins.iter().filter(|bin| bin.is_bulk())
     }
 
-    /// Of all Z, by a route, the mean square of the deviation from an equation of state in standard
-    /// errors, and the largest.
+    /// Root mean square and largest deviation of all Z of a route from an equation of state, in
+    /// standard errors.
     pub(crate) fn pulls(
         &self,
         equation: &dyn EquationOfState,
@@ -265,7 +266,7 @@ impl Report {
     }
 }
 
-/// What all replicas together say of the field; nothing without a field, or too early.
+/// The certificate from all replicas; `None` without an effective field, or with too few data.
 fn certificate(replicas: &[Replica]) -> Result<Option<Certificate>, Failure> {
     let mut records = replicas.iter().filter_map(|replica| replica.force_balance.clone());
     let Some(mut pooled) = records.next() else { return Ok(None) };

@@ -1,4 +1,4 @@
-//! What is printed: the table of the cases, and what it does and does not show.
+//! Printed output: the table of the cases and remarks.
 
 use super::protocol::{MovesChoice, Protocol, StartChoice};
 use super::report::{BULK_BEGINS, BULK_DENSITY, Factor, Pulls, Report};
@@ -14,7 +14,7 @@ pub(crate) fn table(reports: &[Report]) -> Table {
     let mut table =
         Table::new(std::iter::once(String::new()).chain(reports.iter().map(|report| report.case.head())));
     let mut row = |label: &str, cell: &dyn Fn(&Report) -> String| table.row(label, reports.iter().map(cell));
-    let estimate = |value: Option<Estimate>| value.map_or("too short".into(), |value| value.to_string());
+    let estimate = |value: Option<Estimate>| value.map_or("too few data".into(), |value| value.to_string());
 
     row("center of mass h_c, simulation", &|report| estimate(report.center_of_mass));
     row("center of mass, Carnahan-Starling theory", &|report| format!("{:.3}", report.center_of_mass_theory));
@@ -25,7 +25,7 @@ pub(crate) fn table(reports: &[Report]) -> Table {
     for eta in [0.1, 0.2, 0.3] {
         row(&format!("Z at packing fraction {eta}"), &|report| {
             let factor = report.factors.iter().find(|factor| (factor.packing_fraction - eta).abs() < 1e-9);
-            factor.map_or("not reached".into(), |factor| factor.combined.to_string())
+            factor.map_or("density not reached".into(), |factor| factor.combined.to_string())
         });
     }
     let routes: [(&str, Route); 3] = [
@@ -41,25 +41,25 @@ pub(crate) fn table(reports: &[Report]) -> Table {
     row("Z against Carnahan-Starling: rms, largest", &|report| {
         in_errors(report.pulls(&CarnahanStarling, |factor| factor.combined))
     });
-    row("paper's σ of P, eq. (32): mean, largest", &|report| {
+    row("σ of P, eq. (32) of the paper: mean, largest", &|report| {
         report
             .scatter
             .map_or("one run".into(), |range| format!("{}, {}", percent(range.mean), percent(range.largest)))
     });
-    row("  runs it is taken over", &|report| report.runs.to_string());
-    row("paper's δ from CS, eq. (33): mean, largest", &|report| {
+    row("  number of runs for σ", &|report| report.runs.to_string());
+    row("δ of P from CS, eq. (33) of the paper: mean, largest", &|report| {
         format!("{}, {}", percent(report.deviation.mean), percent(report.deviation.largest))
     });
-    row("processor time", &|report| format!("{:.1} s", report.busy.as_secs_f64()));
+    row("CPU time", &|report| format!("{:.1} s", report.busy.as_secs_f64()));
     table
 }
 
-/// Picks one of the values of Z.
+/// Selects one of the values of Z.
 type Route = fn(&Factor) -> Estimate;
 
-/// Deviations in units of their errors.
+/// Deviations in units of their standard errors.
 fn in_errors(pulls: Option<Pulls>) -> String {
-    pulls.map_or("too short".into(), |Pulls { rms, largest, at }| {
+    pulls.map_or("too few data".into(), |Pulls { rms, largest, at }| {
         format!("{rms:.1}, {largest:+.1} at {at:.3}")
     })
 }
@@ -68,7 +68,7 @@ fn percent(fraction: f64) -> String {
     format!("{:.3} %", 100.0 * fraction)
 }
 
-/// What the table means, and what it does not prove.
+/// Remarks on the table.
 pub(crate) fn remarks(protocol: &Protocol, reports: &[Report], threads: usize, elapsed: Duration) -> String {
     let runs = if protocol.intervals.len() > 1 {
         "consecutive intervals of one simulation (Sec. III of the paper)"
@@ -79,11 +79,11 @@ pub(crate) fn remarks(protocol: &Protocol, reports: &[Report], threads: usize, e
         reports.iter().filter_map(|report| Some(format!("{:.1}", report.heights?[0]))).collect();
     let layers = if cuts.is_empty() { String::new() } else { format!(", from x = {} on", cuts.join(", ")) };
     let mut text = format!(
-        "{:.0} s on {} threads. Errors are one standard error, in brackets in units of the last digits; deviations of Z are in \
-         units of theirs.\n\
+        "{:.0} s on {} threads. Numbers in brackets are one standard error in units of the last digits; deviations of Z are in \
+        standard errors.\n\
          Z is from ranks and collisions above the layers at the base{}.\n\
          σ and δ are over bins at x > {BULK_BEGINS} with n > {BULK_DENSITY}, σ over {runs}.\n\
-         The theory is local: it knows neither the wall nor the layers there, which lift a real column a little.\n",
+         The theory is local: it neglects the layers at the wall, which raise the column slightly.\n",
         elapsed.as_secs_f64(),
         thread_count(threads),
         layers,
@@ -99,8 +99,8 @@ pub(crate) fn remarks(protocol: &Protocol, reports: &[Report], threads: usize, e
         let sigmas = drift.deviation_from(0.0);
         if sigmas.abs() > DRIFT_TOLERANCE {
             text.push_str(&format!(
-                "{}: h_c drifts by {drift}, {:.0} standard errors: not yet steady, and the error of h_c is too \
-                 small.\n",
+                "{}: h_c drifts by {drift}, {:.0} standard errors: the column is not stationary, and the error of h_c is \
+                too small.\n",
                 report.case.head(),
                 sigmas.abs()
             ));
@@ -108,7 +108,7 @@ pub(crate) fn remarks(protocol: &Protocol, reports: &[Report], threads: usize, e
     }
     if protocol.start == StartChoice::Theory {
         let OtherSide { particles, sweeps, memory } = OtherSide::of(protocol.moves);
-        // As if no replica had been interrupted.
+        // Assumes that no replica was interrupted.
         let sweeps_made = protocol.sweeps_per_replica() * protocol.replicas * reports.len() as u64;
         let spheres_moved = protocol.particles as f64 * sweeps_made as f64;
         let busy: f64 = reports.iter().map(|report| report.busy.as_secs_f64()).sum();
@@ -116,9 +116,9 @@ pub(crate) fn remarks(protocol: &Protocol, reports: &[Report], threads: usize, e
         let seconds = work * busy / spheres_moved / thread_count(threads) as f64;
         let moves = protocol.moves_name();
         text.push_str(&format!(
-            "\nEvery replica started at the profile of theory, and by these moves a column forgets its start over\n\
-             some {memory} sweeps: h_c near theory proves nothing by itself, nor does a small drift. To see the steady\n\
-             state reached from above and from below (about {} each):\n\n",
+            "\nEvery replica started at the profile of theory, and with these moves a column relaxes in about\n\
+             {memory} sweeps. Agreement of h_c with theory, or a small drift, is therefore no proof of the steady state.\n\
+             To test it, compare runs that start too high and too low (about {} each):\n\n",
             in_words(Duration::from_secs_f64(seconds)),
         ));
         for (start, out) in [("random-insertion", "from_above"), ("close-packed", "from_below")] {
@@ -131,10 +131,10 @@ pub(crate) fn remarks(protocol: &Protocol, reports: &[Report], threads: usize, e
     text
 }
 
-/// A drift of more standard errors than this is no accident.
+/// A drift is significant above this number of standard errors.
 const DRIFT_TOLERANCE: f64 = 3.0;
 
-/// A run long enough for the column to forget where it started.
+/// A run that is long compared with the relaxation time.
 struct OtherSide {
     particles: u64,
     sweeps: u64,
@@ -145,7 +145,7 @@ impl OtherSide {
     fn of(moves: MovesChoice) -> Self {
         match moves {
             MovesChoice::Chains | MovesChoice::Tuned | MovesChoice::Both => {
-                Self { particles: 4000, sweeps: 5000, memory: "thousand" }
+                Self { particles: 4000, sweeps: 5000, memory: "a thousand" }
             }
             MovesChoice::Local => Self { particles: 1000, sweeps: 100_000, memory: "ten thousand" },
         }

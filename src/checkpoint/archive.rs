@@ -1,20 +1,20 @@
-//! What state is written to and read from.
+//! The archive that writes and reads the state of a run.
 
 use crate::Error;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 use std::fmt::Debug;
 
-/// Something whose state a checkpoint keeps.
+/// A type whose state is stored in checkpoints.
 ///
-/// One method both writes and reads, as the [`Archive`] says, so the two cannot disagree. It names
-/// what changes during a run. What the constructor makes (bins, tables, closures) is not kept: a
-/// run goes on in an object that the same code has made anew, and whose numbers are then
-/// overwritten.
+/// One method both writes and reads, depending on the [`Archive`]. It names every value that
+/// changes during a run. Values set by the constructor (bins, tables, closures) are not stored: to
+/// continue a run, the same code makes a new object, and the stored values overwrite those of the
+/// object.
 ///
-/// All ready observers are, but for [`ObserverFn`](crate::ObserverFn); so are tuples of them,
-/// [`Every`](crate::Every), `Option`, `Vec`, `Box` and `&mut`. One of your own takes a line for
-/// each number:
+/// Implemented by all observers of the library except [`ObserverFn`](crate::ObserverFn), and by
+/// tuples of them, [`Every`](crate::Every), `Option`, `Vec`, `Box` and `&mut`. For your own type
+/// write one line for each value:
 ///
 /// ```
 /// use gradient_mc::checkpoint::{Archive, Persist};
@@ -41,30 +41,30 @@ use std::fmt::Debug;
 /// }
 /// ```
 ///
-/// [`Drive`](crate::drive::Drive)s and [`Adaptation`](crate::drive::Adaptation)s of your own are
-/// made part of checkpoints in the same way.
+/// Your own [`Drive`](crate::drive::Drive)s and [`Adaptation`](crate::drive::Adaptation)s become
+/// part of checkpoints in the same way.
 #[diagnostic::on_unimplemented(
     message = "a checkpoint cannot keep `{Self}`",
     label = "its state is not known",
     note = "implement `gradient_mc::checkpoint::Persist`: one method, with a line for each number that changes during a run"
 )]
 pub trait Persist {
-    /// Writes the state or overwrites it with what was written, always the same items in the same
+    /// Writes the state, or overwrites it with the stored state: always the same items in the same
     /// order.
     ///
     /// # Errors
-    /// Those of the [`Archive`]; the object is then of no use.
+    /// Those of the [`Archive`]; the object must not be used afterwards.
     fn persist(&mut self, archive: &mut Archive<'_>) -> Result<(), Error>;
 }
 
-/// Where state is written to, or read from: each method does either.
+/// An archive to which a state is written, or from which it is read. Each method does both.
 ///
-/// Every item has a name, which is written too. So what was written by other code is found out, and
-/// errors say where.
+/// Every item is stored with its name, so that a file of other code is detected and errors name the
+/// item.
 #[derive(Debug)]
 pub struct Archive<'a> {
     direction: Direction<'a>,
-    /// Names of the parts that are open.
+    /// Names of the enclosing parts.
     path: Vec<&'static str>,
 }
 
@@ -75,7 +75,7 @@ enum Direction<'a> {
 }
 
 impl<'a> Archive<'a> {
-    /// Counters above this are refused: no run gets there, and sums of them still fit.
+    /// Largest value of a counter. Larger values are refused; sums of counters cannot overflow.
     const LARGEST_COUNT: u64 = 1 << 53;
 
     pub(super) fn writing() -> Self {
@@ -86,7 +86,8 @@ impl<'a> Archive<'a> {
         Self { direction: Direction::Read(bytes), path: Vec::new() }
     }
 
-    /// What was written; nothing when reading, where all must have been read.
+    /// The bytes that were written. After reading, it is empty, and fails if something was not
+    /// read.
     pub(super) fn finish(self) -> Result<Vec<u8>, Error> {
         match self.direction {
             Direction::Write(bytes) => Ok(bytes),
@@ -95,13 +96,13 @@ impl<'a> Archive<'a> {
         }
     }
 
-    /// Whether state is overwritten, so that what depends on it has to be made anew.
+    /// Whether the archive is read. Values derived from the state must be computed again then.
     #[must_use]
     pub fn is_reading(&self) -> bool {
         matches!(self.direction, Direction::Read(_))
     }
 
-    /// The path to an item, or to the part that is open.
+    /// The path to an item, or to the current part.
     fn path_to(&self, name: &str) -> String {
         let names = self.path.iter().copied().chain((!name.is_empty()).then_some(name));
         names.collect::<Vec<_>>().join(".")
@@ -119,7 +120,7 @@ impl<'a> Archive<'a> {
                     *bytes = extended;
                     Ok(None)
                 }
-                // A type that cannot be written at all.
+                // A type that cannot be encoded.
                 Err(_) => Err(self.damaged(name)),
             },
             Direction::Read(bytes) => match postcard::take_from_bytes(bytes) {
@@ -142,11 +143,11 @@ impl<'a> Archive<'a> {
         }
     }
 
-    /// Plain data of any length.
+    /// Writes or reads plain data of any length.
     ///
     /// # Errors
-    /// [`Error::CheckpointDamaged`] for what is not such data, [`Error::CheckpointMismatch`] if
-    /// there is another item.
+    /// [`Error::CheckpointDamaged`] if the data cannot be decoded; [`Error::CheckpointMismatch`] if
+    /// the item has another name.
     pub fn value<T: Serialize + DeserializeOwned>(
         &mut self,
         name: &'static str,
@@ -159,28 +160,29 @@ impl<'a> Archive<'a> {
         Ok(())
     }
 
-    /// A counter: a number below 2⁵³.
+    /// Writes or reads a counter: a number up to 2⁵³.
     ///
     /// # Errors
-    /// As [`value`](Self::value).
+    /// Those of [`value`](Self::value).
     pub fn count(&mut self, name: &'static str, count: &mut u64) -> Result<(), Error> {
         self.value(name, count)?;
         if *count > Self::LARGEST_COUNT { Err(self.damaged(name)) } else { Ok(()) }
     }
 
-    /// Counters, as many as there are; see [`count`](Self::count).
+    /// Writes or reads a fixed number of counters; see [`count`](Self::count).
     ///
     /// # Errors
-    /// As [`slice`](Self::slice).
+    /// Those of [`slice`](Self::slice).
     pub fn counts(&mut self, name: &'static str, counts: &mut [u64]) -> Result<(), Error> {
         self.slice(name, counts)?;
         if counts.iter().any(|&count| count > Self::LARGEST_COUNT) { Err(self.damaged(name)) } else { Ok(()) }
     }
 
-    /// Numbers, as many as there are.
+    /// Writes or reads a fixed number of values.
     ///
     /// # Errors
-    /// As [`value`](Self::value); [`Error::CheckpointMismatch`] if there were more or fewer.
+    /// Those of [`value`](Self::value); [`Error::CheckpointMismatch`] if the number of values
+    /// differs.
     pub fn slice<T: Serialize + DeserializeOwned>(
         &mut self,
         name: &'static str,
@@ -200,11 +202,11 @@ impl<'a> Archive<'a> {
         Ok(())
     }
 
-    /// Something that the code which goes on must have made again: it is compared as it prints by
-    /// `{:?}`.
+    /// Writes a value that is set by the constructor, or compares it with the stored one, as
+    /// printed by `{:?}`.
     ///
     /// # Errors
-    /// [`Error::CheckpointMismatch`] with both if it is not the same.
+    /// [`Error::CheckpointMismatch`] with both values if they differ.
     pub fn same(&mut self, name: &'static str, value: &dyn Debug) -> Result<(), Error> {
         self.name(name)?;
         let given = format!("{value:?}");
@@ -221,7 +223,7 @@ impl<'a> Archive<'a> {
         Err(Error::CheckpointMismatch { what: self.path_to(name), saved, given })
     }
 
-    /// What knows by itself what to keep.
+    /// Writes or reads a part that implements [`Persist`].
     ///
     /// # Errors
     /// Those of the part.
@@ -229,7 +231,7 @@ impl<'a> Archive<'a> {
         self.within(name, |archive| part.persist(archive))
     }
 
-    /// Several items under one name.
+    /// Writes or reads several items under one name.
     ///
     /// # Errors
     /// Those of the items.
@@ -245,10 +247,10 @@ impl<'a> Archive<'a> {
         Ok(())
     }
 
-    /// Whether what was read makes sense.
+    /// Fails if a condition on the values that were read does not hold.
     ///
     /// # Errors
-    /// [`Error::CheckpointDamaged`] if it does not.
+    /// [`Error::CheckpointDamaged`] if `holds` is false.
     pub fn check(&self, holds: bool) -> Result<(), Error> {
         if holds { Ok(()) } else { Err(self.damaged("")) }
     }

@@ -1,4 +1,4 @@
-//! Files of snapshots: their bytes, and how they get to the disk.
+//! Files of snapshots: format, writing and reading.
 
 use super::Snapshot;
 use crate::Error;
@@ -7,16 +7,16 @@ use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
 const MAGIC: &[u8; 8] = b"gmc-ckpt";
-/// Another number whenever anything in a file means something else than before.
+/// Version of the format; it changes whenever the meaning of a file changes.
 const VERSION: u32 = 1;
 /// Magic, version, checksum and length.
 const HEAD: usize = 8 + 4 + 4 + 8;
 
-/// Puts a file together.
+/// Writes the bytes of a file.
 pub(super) struct Writer(Vec<u8>);
 
 impl Writer {
-    /// For pieces of `size` bytes together.
+    /// Makes a writer for pieces of `size` bytes in total.
     pub(super) fn new(size: usize) -> Self {
         let mut bytes = Vec::with_capacity(HEAD + 6 * 8 + size);
         bytes.resize(HEAD, 0);
@@ -44,7 +44,7 @@ impl Writer {
     }
 }
 
-/// Takes a file apart.
+/// Reads the bytes of a file.
 pub(super) struct Reader<'a>(&'a [u8]);
 
 fn damaged(what: &str) -> Error {
@@ -52,7 +52,7 @@ fn damaged(what: &str) -> Error {
 }
 
 impl<'a> Reader<'a> {
-    /// Checks all but what the pieces say.
+    /// Checks everything except the content of the pieces.
     pub(super) fn new(bytes: &'a [u8]) -> Result<Self, Error> {
         let mut reader = Self(bytes);
         if reader.take(8)? != MAGIC {
@@ -105,7 +105,7 @@ pub(super) fn beside(path: &Path, suffix: &str) -> PathBuf {
     name.into()
 }
 
-/// With the path of a file in what went wrong.
+/// Adds the path of a file to an error.
 fn at<T>(
     path: &Path,
     result: Result<T, impl Into<Box<dyn std::error::Error + Send + Sync>>>,
@@ -114,13 +114,12 @@ fn at<T>(
 }
 
 impl Snapshot {
-    /// Writes a file that is there as a whole or not at all, whatever happens: `path.new` in the
-    /// same folder, which is synced to the disk and then renamed. A file that was there before
-    /// becomes `path.previous`.
+    /// Writes a file completely or not at all: it writes `path.new` in the same folder, syncs it to
+    /// the disk and renames it. An existing file is renamed to `path.previous`.
     ///
     /// # Errors
-    /// [`Error::CheckpointFile`] with the path and what the system said; the files that were there
-    /// are as they were.
+    /// [`Error::CheckpointFile`] with the path and the error of the system; existing files are
+    /// unchanged.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), Error> {
         let path = path.as_ref();
         let (new, previous) = (beside(path, ".new"), beside(path, ".previous"));
@@ -130,7 +129,7 @@ impl Snapshot {
             file.sync_all()
         });
         if written.is_err() {
-            // It takes room that others may need.
+            // The incomplete file would only take space.
             fs::remove_file(&new).ok();
         }
         at(&new, written)?;
@@ -139,7 +138,7 @@ impl Snapshot {
             _ => {}
         }
         at(path, fs::rename(&new, path))?;
-        // What was renamed stays so if the machine stops.
+        // Makes the renaming permanent.
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
         at(folder, sync_folder(folder))
     }
@@ -147,7 +146,7 @@ impl Snapshot {
     /// Reads a file that [`write`](Self::write) wrote.
     ///
     /// # Errors
-    /// [`Error::CheckpointFile`] with the path; its source is what the system said,
+    /// [`Error::CheckpointFile`] with the path. Its source is the error of the system,
     /// [`Error::CheckpointDamaged`] or [`Error::CheckpointVersion`].
     pub fn read(path: impl AsRef<Path>) -> Result<Self, Error> {
         let path = path.as_ref();
@@ -160,7 +159,7 @@ fn sync_folder(folder: &Path) -> io::Result<()> {
     File::open(folder)?.sync_all()
 }
 
-/// Elsewhere folders cannot be opened as files.
+/// On other systems folders cannot be opened as files.
 #[cfg(not(unix))]
 fn sync_folder(_: &Path) -> io::Result<()> {
     Ok(())

@@ -1,16 +1,15 @@
-//! What a run is of: by that it is known whether a snapshot belongs to it.
+//! Identity of a run, by which a snapshot of another run is refused.
 
 use crate::drive::Drive;
 use crate::moves::Moves;
 use crate::{Error, Field, Scene, TemperatureProfile};
 use std::fmt::Write as _;
 
-/// What is simulated, and how: the scene, the potential before anything adapts it, and the moves;
-/// and the seed.
+/// Scene, initial potential, moves and seed of a run.
 #[derive(Debug, Clone)]
 pub(crate) struct Identity {
     pub(super) seed: u64,
-    /// A line for each thing, "name: value".
+    /// One line for each property, "name: value".
     pub(super) simulated: String,
 }
 
@@ -21,7 +20,7 @@ impl Identity {
         moves: &Moves,
         seed: u64,
     ) -> Self {
-        /// A few dozen, and no round number of them to a diameter.
+        /// Number of heights that are compared.
         const HEIGHTS: u32 = 37;
         let slab = scene.slab();
         let mut simulated = format!("slab: {slab:?}\nnumber of spheres: {}\n", scene.particles());
@@ -33,7 +32,8 @@ impl Identity {
                 ("temperature", scene.temperature().temperature(height)),
                 ("reduced potential at the start", drive.reduced_potential(scene, height)),
             ] {
-                // In full, so that the same figures are the same bits. A string takes whatever is written.
+                // Printed in full, so that equal text means equal bits. Writing to a string cannot
+                // fail.
                 writeln!(simulated, "{name}: {value:?} at height {height:?}").ok();
             }
         }
@@ -41,7 +41,7 @@ impl Identity {
         Self { seed, simulated }
     }
 
-    /// Fails with the first thing that differs from what was saved.
+    /// Fails with the first property that differs from the saved identity.
     pub(super) fn require_same(&self, saved: &str) -> Result<(), Error> {
         let lines = self.simulated.lines().zip(saved.lines());
         let Some((given, saved)) = lines.into_iter().find(|(given, saved)| given != saved) else {
@@ -57,7 +57,7 @@ impl Identity {
         Err(Error::CheckpointMismatch { what: name.into(), saved: saved.into(), given: given.into() })
     }
 
-    /// The same for the seed.
+    /// Fails if the seed differs from the saved seed.
     pub(super) fn require_same_seed(&self, saved: u64) -> Result<(), Error> {
         if self.seed == saved {
             return Ok(());

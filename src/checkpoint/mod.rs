@@ -1,23 +1,24 @@
-//! Runs that are stopped and go on as if they had not been.
+//! Checkpoints: runs that are stopped and continued with the same bits.
 //!
-//! A [`Snapshot`] holds all that a run has become: positions, the generator, what was tuned and
-//! adapted, what judges the run, and what observers have seen, also in an interval under way. It
-//! goes on in a simulation made by the same code, whose numbers are overwritten
-//! ([`SimulationBuilder::resume`](crate::SimulationBuilder::resume)); fields, temperatures and
-//! closures are not kept, but compared. 2k sweeps are the same bits as k, a file, and k more.
+//! A [`Snapshot`] holds the complete state of a run: positions, random number generator, tuned and
+//! adapted parameters, records for warnings, and the data of observers. To continue, the same code
+//! builds the simulation again and the snapshot overwrites its state
+//! ([`SimulationBuilder::resume`](crate::SimulationBuilder::resume)). Fields, temperatures and
+//! closures are not stored, but compared. A run of 2k sweeps has the same bits as one of k sweeps,
+//! a checkpoint, and k more.
 //!
-//! | you want | take |
+//! | purpose | use |
 //! |---|---|
-//! | a long run in one call, that goes on where it was stopped | [`Run`] |
-//! | stages, each with observers of its own | [`Run::on`] |
-//! | to end it by a signal | `Signals`, with the feature `signals` |
-//! | the results of many processes in one | [`SimulationBuilder::pooled`](crate::SimulationBuilder::pooled) |
-//! | an observer, a drive or an adaptation of your own in it | [`Persist`] |
-//! | each step by yourself | [`Simulation::snapshot`](crate::Simulation::snapshot), [`Snapshot::write`], [`Snapshot::read`] |
+//! | a long run in one call, continued after an interruption | [`Run`] |
+//! | several stages, each with its own observers | [`Run::on`] |
+//! | end a run by a signal | `Signals`, with the feature `signals` |
+//! | merge the results of many processes | [`SimulationBuilder::pooled`](crate::SimulationBuilder::pooled) |
+//! | your own observer, drive or adaptation in checkpoints | [`Persist`] |
+//! | single steps | [`Simulation::snapshot`](crate::Simulation::snapshot), [`Snapshot::write`], [`Snapshot::read`] |
 //!
 //! # Many tasks of a queue
-//! Each task is one replica, told by its number which, and is sent a signal before its time is
-//! over; the same script, sent again, goes on. With Slurm:
+//! Each task of a job array runs one replica, chosen by its number, and gets a signal before its
+//! time limit. Submit the same script again to continue. With Slurm:
 //!
 //! ```sh
 //! #!/bin/sh
@@ -44,7 +45,7 @@
 //! let path = folder.join(format!("task_{task}"));
 //! let (_, ended) = Run::new(&path, 100, 200).of(builder.clone().seed(seed), &mut CenterOfMass::new())?;
 //! println!("{ended}");
-//! // Once all are done, by whoever wants to know: all that is there, as one process would have measured it.
+//! // When all tasks are finished: the merged results, as from one process.
 //! let paths = (0..100).map(|task| folder.join(format!("task_{task}"))).filter(|path| path.exists());
 //! println!("{}", builder.pooled(paths, &CenterOfMass::new())?.estimate()?);
 //! # std::fs::remove_dir_all(folder)?;
@@ -52,13 +53,15 @@
 //! ```
 //!
 //! # The file
-//! Eight bytes `gmc-ckpt`, the version of the format (four bytes, as all numbers the lowest first),
-//! the CRC-32 of what follows, the number of bytes that follow, and these: seed, sweep and sweeps
-//! of production, and three pieces, each after its length: what is simulated and how, the state of
-//! the simulation, that of the observer. The pieces are items by [`postcard`](https://postcard.jamesmunns.com/wire-format), each after its name. A file of another version is refused.
+//! The file begins with eight bytes `gmc-ckpt`, the version of the format (four bytes; all numbers
+//! are little-endian), the CRC-32 of the rest, and the length of the rest in bytes. Then follow
+//! seed, sweep and sweeps of production, and three pieces, each after its length: the identity of
+//! the run, the state of the simulation, and the state of the observer. A piece is a list of items
+//! encoded by [`postcard`](https://postcard.jamesmunns.com/wire-format), each after its name. A
+//! file of another version is refused.
 //!
-//! Any damage is an error. To read a file takes at most 32 times its size in memory, and what the
-//! scene takes by itself.
+//! A damaged file gives an error. Reading a file needs at most 32 times its size in memory, in
+//! addition to the memory of the scene.
 
 mod archive;
 mod file;

@@ -1,4 +1,4 @@
-//! What is made of parts that a checkpoint keeps.
+//! `Persist` for tuples and containers.
 
 use super::{Archive, Persist};
 use crate::{Error, Every};
@@ -21,7 +21,7 @@ impl<P: Persist + ?Sized> Persist for Box<P> {
     }
 }
 
-/// One must be there if one was.
+/// It must be `Some` if it was `Some` in the checkpoint.
 impl<P: Persist> Persist for Option<P> {
     fn persist(&mut self, archive: &mut Archive<'_>) -> Result<(), Error> {
         archive.same("presence", &self.is_some())?;
@@ -29,7 +29,7 @@ impl<P: Persist> Persist for Option<P> {
     }
 }
 
-/// As many as there were.
+/// The number of elements must be that of the checkpoint.
 impl<P: Persist> Persist for [P] {
     fn persist(&mut self, archive: &mut Archive<'_>) -> Result<(), Error> {
         archive.same("number of parts", &self.len())?;
@@ -37,7 +37,7 @@ impl<P: Persist> Persist for [P] {
     }
 }
 
-/// As many as there were.
+/// The number of elements must be that of the checkpoint.
 impl<P: Persist> Persist for Vec<P> {
     fn persist(&mut self, archive: &mut Archive<'_>) -> Result<(), Error> {
         self.as_mut_slice().persist(archive)

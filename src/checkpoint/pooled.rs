@@ -1,4 +1,4 @@
-//! The results of many processes in one.
+//! Merging the results of many processes.
 
 use super::{Persist, Snapshot};
 use crate::drive::Scheme;
@@ -7,11 +7,11 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
 impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> SimulationBuilder<F, T, S> {
-    /// What the observers of several runs of what this makes have seen, read from their checkpoints
-    /// and [merged](Merge) in this order: replicas that were run by other processes or on other
-    /// machines. `observer` is one that has seen nothing, made as theirs.
+    /// Reads the observers of several runs of this simulation from their checkpoints and
+    /// [merges](Merge) them in this order. The runs are replicas by other processes or on other
+    /// machines. `observer` is an empty observer, made as those of the runs.
     ///
-    /// The result is that of [`Replicas`](crate::Replicas) in one process, to the last bit. A run
+    /// The result has the same bits as that of [`Replicas`](crate::Replicas) in one process. A run
     /// need not be finished.
     ///
     /// ```
@@ -33,9 +33,9 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> SimulationBuilder<F, T, S
     /// ```
     ///
     /// # Errors
-    /// [`Error::CheckpointFile`] with the path of the first file that does not belong to the
-    /// others; its source says why: it cannot be read, is damaged, of another scene, scheme,
-    /// moves or observer, or was not yet measured. [`Error::SameSeed`] if two are of one seed,
+    /// [`Error::CheckpointFile`] with the path of the first file that cannot be used, and the cause
+    /// as its source: the file cannot be read, is damaged, has another scene, scheme, moves or
+    /// observer, or has no production yet. [`Error::SameSeed`] if two runs have the same seed;
     /// [`Error::TooFewObservations`] if there is no file.
     pub fn pooled<O: Persist + Merge + Clone>(
         self,

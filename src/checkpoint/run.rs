@@ -1,4 +1,4 @@
-//! A long run in one call.
+//! Long runs with checkpoints in one call.
 
 use super::file::beside;
 use super::{Persist, Snapshot};
@@ -12,11 +12,11 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// A long run in one call: it equilibrates, measures, writes a checkpoint every few minutes, ends
-/// when it is told to, and goes on where it was when the same call is made again.
+/// A long run in one call: equilibration and production with a checkpoint every few minutes. If it
+/// is interrupted, the same call continues it.
 ///
-/// The outcome is the same to the last bit however often it was interrupted. More is measured if
-/// the same call is made with more sweeps of production.
+/// The result has the same bits with any number of interruptions. To extend a run, make the same
+/// call with more sweeps of production.
 ///
 /// ```
 /// use gradient_mc::checkpoint::Run;
@@ -26,7 +26,7 @@ use std::time::{Duration, Instant};
 /// let path = std::env::temp_dir().join(format!("gradient-mc-run-{}", std::process::id()));
 /// # let paths = [path.clone(), path.with_extension("previous")];
 /// let mut center_of_mass = CenterOfMass::new();
-/// // Until the height of the center of mass is known to 0.1 diameters.
+/// // Until the standard error of the height of the center of mass is below 0.1 diameters.
 /// let run = Run::new(&path, 200, 100_000)
 ///     .until(|observer: &CenterOfMass| observer.estimate().is_ok_and(|height| height.standard_error < 0.1));
 /// let (simulation, ended) = run.of(Simulation::builder(scene).seed(1), &mut center_of_mass)?;
@@ -50,36 +50,36 @@ pub struct Run<'a, O> {
 type Reached<'a, O> = Box<dyn Fn(&O) -> bool + 'a>;
 type Show<'a> = Box<dyn FnMut(&Progress<'_>) + 'a>;
 
-/// How far a run is.
+/// Progress of a run.
 #[derive(Debug, Clone, Copy)]
 #[non_exhaustive]
 pub struct Progress<'a> {
-    /// The part of the run.
+    /// The phase of the run.
     pub phase: Phase,
-    /// Sweeps done, those before an interruption included.
+    /// Number of sweeps done, including those before an interruption.
     pub sweep: u64,
-    /// Sweeps that there are at most.
+    /// Largest number of sweeps of the run.
     pub sweeps: u64,
-    /// Sweep at which this call began.
+    /// Sweep at which this call started.
     pub began: u64,
-    /// Since this call began.
+    /// Time since this call started.
     pub elapsed: Duration,
-    /// Why the last checkpoint could not be written, if it could not: the run goes on, and tries
+    /// The error of the last checkpoint, if it could not be written. The run continues and tries
     /// again.
     pub unsaved: Option<&'a Error>,
 }
 
-/// How a [`Run`] ended. What it prints says how to go on.
+/// How a [`Run`] ended. It prints as a sentence that tells how to continue.
 #[derive(Debug, Clone, PartialEq, Eq)]
 #[non_exhaustive]
 pub struct Ended {
-    /// Why.
+    /// The reason.
     pub reason: Reason,
-    /// Sweeps done, those before an interruption included.
+    /// Number of sweeps done, including those before an interruption.
     pub sweep: u64,
-    /// Sweeps that there are at most.
+    /// Largest number of sweeps of the run.
     pub sweeps: u64,
-    /// The checkpoint.
+    /// The file of the checkpoint.
     pub path: PathBuf,
 }
 
@@ -89,16 +89,16 @@ pub struct Ended {
 pub enum Reason {
     /// All sweeps are done.
     Complete,
-    /// What was asked for by [`Run::until`] is reached.
+    /// The target of [`Run::until`] is reached.
     TargetReached,
-    /// Its time was over.
+    /// The time limit is reached.
     TimeLimit,
-    /// It was told to stop.
+    /// The flag of [`Run::stop_on`] is set.
     Stopped,
 }
 
 impl Ended {
-    /// Whether nothing is left to be done.
+    /// Whether the run is complete, or its target reached.
     #[must_use]
     pub fn is_finished(&self) -> bool {
         matches!(self.reason, Reason::Complete | Reason::TargetReached)
@@ -111,13 +111,13 @@ impl fmt::Display for Ended {
         let reason = match reason {
             Reason::Complete => return write!(formatter, "complete after {sweep} sweeps"),
             Reason::TargetReached => {
-                return write!(formatter, "reached what was asked for after {sweep} sweeps");
+                return write!(formatter, "reached its target after {sweep} sweeps");
             }
-            Reason::TimeLimit => "out of time",
+            Reason::TimeLimit => "time limit reached",
             Reason::Stopped => "stopped",
         };
         let path = path.display();
-        write!(formatter, "{reason} after {sweep} of {sweeps} sweeps; the same command goes on from {path}")
+        write!(formatter, "{reason} after {sweep} of {sweeps} sweeps; the same command continues from {path}")
     }
 }
 
@@ -135,8 +135,8 @@ impl<O> fmt::Debug for Run<'_, O> {
 }
 
 impl<'a, O> Run<'a, O> {
-    /// A run of so many sweeps of `equilibration` and of `production`, with its checkpoint at
-    /// `path`, in a folder that is made if there is none.
+    /// Makes a run of `equilibration` and `production` sweeps, with its checkpoint at `path`. The
+    /// folder is created if needed.
     #[must_use]
     pub fn new(path: impl AsRef<Path>, equilibration: u64, production: u64) -> Self {
         Self {
@@ -152,59 +152,59 @@ impl<'a, O> Run<'a, O> {
         }
     }
 
-    /// The observer looks at the equilibration, too.
+    /// Calls the observer in equilibration too.
     #[must_use]
     pub fn observe_equilibration(self) -> Self {
         Self { observes_equilibration: true, ..self }
     }
 
-    /// Time between checkpoints; ten minutes by default. One more is written at the beginning and
-    /// at the end.
+    /// Sets the time between checkpoints; ten minutes by default. Checkpoints are also written at
+    /// the beginning and at the end.
     #[must_use]
     pub fn checkpoint_every(self, interval: Duration) -> Self {
         Self { between_checkpoints: interval, ..self }
     }
 
-    /// Ends after the sweep in which so much time is over, as of this call. Leave room for one
-    /// sweep and one checkpoint.
+    /// Ends the run after the first sweep beyond this time, counted from this call. Choose it
+    /// smaller than the real limit by the time of one sweep and one checkpoint.
     #[must_use]
     pub fn time_limit(self, limit: Duration) -> Self {
         Self { limit: Some(limit), ..self }
     }
 
-    /// Ends after the sweep in which this becomes true: by another thread, or by a signal
-    /// (`Signals`, with the feature `signals`).
+    /// Ends the run after the sweep in which this flag becomes true, set by another thread or by a
+    /// signal (`Signals`, with the feature `signals`).
     #[must_use]
     pub fn stop_on(self, stop: &'a AtomicBool) -> Self {
         Self { stop: Some(stop), ..self }
     }
 
-    /// Ends before all sweeps of production are done if `reached` says so of the observer: of a
-    /// standard error, say. It is asked eight times while the number of sweeps doubles, always
-    /// at the same sweeps, from the sixteenth on.
+    /// Ends production early if `reached` returns true for the observer, for example for a standard
+    /// error. It is called eight times per doubling of the number of sweeps, from the sixteenth
+    /// sweep on, always at the same sweeps.
     ///
-    /// Errors of few data are uncertain themselves, and a run that stops at the first that is small
-    /// enough favors those that are too small: ask for enough data as well.
+    /// Standard errors from few data are uncertain, and a run that ends at the first sufficiently
+    /// small one favors underestimated errors. Therefore require a minimum amount of data too.
     #[must_use]
     pub fn until(self, reached: impl Fn(&O) -> bool + 'a) -> Self {
         Self { reached: Some(Box::new(reached)), ..self }
     }
 
-    /// Shows how far the run is, ten times a second at most, and at the end.
+    /// Calls `show` with the progress of the run, at most ten times per second, and at the end.
     #[must_use]
     pub fn progress(self, show: impl FnMut(&Progress<'_>) + 'a) -> Self {
         Self { progress: Some(Box::new(show)), ..self }
     }
 
-    /// Does it, with an observer that looks at production: from the start, or from the checkpoint
-    /// if there is one. If that is damaged or gone, from the one before.
+    /// Runs a simulation with an observer of production: from the start, or from the checkpoint if
+    /// there is one. If the checkpoint is damaged or missing, the previous one is used.
     ///
     /// # Errors
     /// Those of building, resuming and running; [`Error::CheckpointFile`] if the first or the last
-    /// checkpoint cannot be written, or if another process has the run (its source is then an
-    /// [`io::Error`] of the kind [`WouldBlock`](io::ErrorKind::WouldBlock); `path.lock` is the
-    /// file that is locked). A checkpoint in between may fail: the run goes on, and
-    /// [`Progress::unsaved`] tells. The last one that was written is intact in any case.
+    /// checkpoint cannot be written, or if another process has the run (the source is then an
+    /// [`io::Error`] of the kind [`WouldBlock`](io::ErrorKind::WouldBlock); the locked file is
+    /// `path.lock`). If a checkpoint in between fails, the run continues and [`Progress::unsaved`]
+    /// holds the error. The last written checkpoint is always intact.
     pub fn of<F, T, S>(
         self,
         builder: SimulationBuilder<F, T, S>,
@@ -226,12 +226,11 @@ impl<'a, O> Run<'a, O> {
         Ok((simulation, ended))
     }
 
-    /// Does it with a simulation that other runs have brought to where it is: one stage of several,
-    /// each with its own path. It goes on with production, if it was there and nothing is to be
-    /// equilibrated.
+    /// Runs one stage of several with an existing simulation, each stage with its own path. If
+    /// `equilibration` is 0 and the simulation is in production, production continues.
     ///
-    /// A program that makes all its stages again, from the first, goes on in the one that was
-    /// interrupted; those before are read.
+    /// If a program is started again, it calls all its stages from the first one on. Complete
+    /// stages are read, and the interrupted stage continues.
     ///
     /// ```
     /// use gradient_mc::checkpoint::Run;
@@ -249,7 +248,7 @@ impl<'a, O> Run<'a, O> {
     /// ```
     ///
     /// # Errors
-    /// As [`of`](Self::of); if the checkpoint cannot be read, the simulation is of no use
+    /// Those of [`of`](Self::of). If the checkpoint cannot be read, the simulation must not be used
     /// afterwards.
     pub fn on<F, T, S>(self, simulation: &mut Simulation<F, T, S>, observer: &mut O) -> Result<Ended, Error>
     where
@@ -266,7 +265,7 @@ impl<'a, O> Run<'a, O> {
         self.advance(simulation, first, observer)
     }
 
-    /// From wherever the simulation is in the stage that begins after sweep `first`.
+    /// Runs the rest of the stage that began after sweep `first`.
     fn advance<F, T, S>(
         mut self,
         simulation: &mut Simulation<F, T, S>,
@@ -293,7 +292,7 @@ impl<'a, O> Run<'a, O> {
             if sweep >= sweeps {
                 break Reason::Complete;
             }
-            // At once, so that it is known at once if there is no room for it.
+            // At the beginning, to fail early if there is no space.
             if saved_sweep.is_none() {
                 simulation.snapshot(observer)?.write(&self.path)?;
                 saved_sweep = Some(sweep);
@@ -323,7 +322,7 @@ impl<'a, O> Run<'a, O> {
             }
         };
         let sweep = simulation.sweep();
-        // One that was read and had nothing left to do is as it was written.
+        // The checkpoint of a complete run is not written again.
         if sweep > saved_sweep.unwrap_or(began) || !self.path.exists() {
             simulation.snapshot(observer)?.write(&self.path)?;
         }
@@ -331,7 +330,7 @@ impl<'a, O> Run<'a, O> {
         Ok(Ended { reason, sweep, sweeps, path: self.path })
     }
 
-    /// Keeps other processes away, until what it returns is dropped.
+    /// Locks the run against other processes until the returned file is dropped.
     fn lock(&self) -> Result<File, Error> {
         let failed = |path: &Path, source: io::Error| {
             Err(Error::CheckpointFile { path: path.into(), source: source.into() })
@@ -350,12 +349,12 @@ impl<'a, O> Run<'a, O> {
             Err(TryLockError::WouldBlock) => {
                 failed(&self.path, io::Error::new(io::ErrorKind::WouldBlock, "another process has it"))
             }
-            // Some file systems have no locks.
+            // Some file systems do not support locks.
             Ok(()) | Err(TryLockError::Error(_)) => Ok(lock),
         }
     }
 
-    /// The checkpoint to go on from, if there is one.
+    /// The checkpoint to continue from, if there is one.
     fn saved(&self) -> Result<Option<Snapshot>, Error> {
         let source = |error: &Error, is: fn(&(dyn std::error::Error + 'static)) -> bool| {
             std::error::Error::source(error).is_some_and(is)
@@ -372,7 +371,7 @@ impl<'a, O> Run<'a, O> {
             match Snapshot::read(beside(&self.path, ".previous")) {
                 Ok(snapshot) => {
                     if is_damaged(&error) {
-                        // Else it would replace the good one when the next is written.
+                        // Otherwise the next checkpoint would replace the good file by this one.
                         fs::remove_file(&self.path).ok();
                     }
                     Ok(Some(snapshot))
@@ -383,7 +382,8 @@ impl<'a, O> Run<'a, O> {
         })
     }
 
-    /// Fails if what goes on is of another stage, or was equilibrated for another number of sweeps.
+    /// Fails if the checkpoint is of another stage, or has another number of sweeps of
+    /// equilibration.
     fn require_same_stage<F: Field, T: TemperatureProfile, S: Scheme<F, T>>(
         &self,
         simulation: &Simulation<F, T, S>,
@@ -393,7 +393,7 @@ impl<'a, O> Run<'a, O> {
         let (sweep, before_phase) = (frame.sweep(), frame.sweep() - frame.sweep_of_phase());
         let (fits, done) = match frame.phase() {
             Phase::Equilibration => (sweep <= equilibrated, sweep),
-            // Production that goes on may have begun before.
+            // Continued production may have started in an earlier stage.
             Phase::Production if self.equilibration == 0 => (before_phase <= first, before_phase),
             Phase::Production => (before_phase == equilibrated || sweep == first, before_phase),
         };
@@ -417,8 +417,8 @@ impl<'a, O> Run<'a, O> {
     }
 }
 
-/// Whether it is asked after so many sweeps of production if a target is reached: at eight places,
-/// evenly spaced, between a number and twice that.
+/// Whether the target is checked after this number of sweeps of production: at eight evenly spaced
+/// numbers between a power of two and the next.
 fn is_due(sweeps: u64) -> bool {
     sweeps
         .checked_ilog2()

@@ -1,4 +1,4 @@
-//! Signals that end a run with everything written.
+//! Signals that end a run after a checkpoint.
 
 use crate::Error;
 #[cfg(unix)]
@@ -8,11 +8,10 @@ use signal_hook::flag;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-/// Whether the process was told to stop: by SIGINT (Ctrl-C), SIGTERM, SIGHUP or SIGUSR1, which
-/// queues can be told to send some time before the end. For [`Run::stop_on`](super::Run::stop_on).
+/// Receives the signals SIGINT (Ctrl-C), SIGTERM, SIGHUP and SIGUSR1, to end a run by
+/// [`Run::stop_on`](super::Run::stop_on). Queues can send SIGUSR1 some time before the time limit.
 ///
-/// A second SIGINT ends the process at once, with exit code 130; checkpoints that were written are
-/// intact.
+/// A second SIGINT ends the process at once, with exit code 130; written checkpoints stay intact.
 ///
 /// ```
 /// use gradient_mc::checkpoint::Signals;
@@ -24,16 +23,16 @@ use std::sync::atomic::{AtomicBool, Ordering};
 pub struct Signals(Arc<AtomicBool>);
 
 impl Signals {
-    /// Listens from now on, until the process ends.
+    /// Starts to receive signals, until the process ends.
     ///
     /// # Errors
-    /// [`Error::Custom`] with what the system said.
+    /// [`Error::Custom`] with the error of the system.
     pub fn listen() -> Result<Self, Error> {
-        /// As shells have it.
+        /// Exit code of a process that SIGINT ended, as in shells.
         const INTERRUPTED: i32 = 128 + SIGINT;
         let flag = Arc::new(AtomicBool::new(false));
         let listen = || {
-            // In this order: the first SIGINT still finds the flag down.
+            // The order matters: at the first SIGINT the flag is still false.
             flag::register_conditional_shutdown(SIGINT, INTERRUPTED, Arc::clone(&flag))?;
             #[cfg(unix)]
             let others = [SIGTERM, SIGHUP, SIGUSR1];
@@ -48,13 +47,13 @@ impl Signals {
         Ok(Self(flag))
     }
 
-    /// True once a signal has come.
+    /// The flag, true after a signal.
     #[must_use]
     pub fn flag(&self) -> &AtomicBool {
         &self.0
     }
 
-    /// Whether a signal has come.
+    /// Whether a signal has been received.
     #[must_use]
     pub fn received(&self) -> bool {
         self.0.load(Ordering::SeqCst)

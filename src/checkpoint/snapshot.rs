@@ -1,15 +1,14 @@
-//! All that a run has become.
+//! The complete state of a run.
 
 use super::file::{Reader, Writer};
 use super::{Archive, Identity, Persist};
 use crate::Error;
 use std::fmt;
 
-/// All that a run has become, as plain data: what
-/// [`Simulation::snapshot`](crate::Simulation::snapshot) takes and
-/// [`SimulationBuilder::resume`](crate::SimulationBuilder::resume) goes on from.
+/// The complete state of a run as plain data. [`Simulation::snapshot`](crate::Simulation::snapshot)
+/// makes it, and [`SimulationBuilder::resume`](crate::SimulationBuilder::resume) continues from it.
 ///
-/// Two that are equal are of runs that are the same to the last bit.
+/// Two snapshots are equal only if the runs have the same bits.
 ///
 /// ```
 /// use gradient_mc::checkpoint::Snapshot;
@@ -34,11 +33,11 @@ use std::fmt;
 pub struct Snapshot {
     pub(super) seed: u64,
     pub(super) sweep: u64,
-    /// Sweeps of production.
+    /// Number of sweeps of production.
     pub(super) measured: u64,
-    /// What is simulated, and how.
+    /// Identity of the run.
     pub(super) identity: String,
-    /// Of the simulation.
+    /// State of the simulation.
     pub(super) state: Vec<u8>,
     pub(super) observer: Vec<u8>,
 }
@@ -54,7 +53,7 @@ impl Snapshot {
         Self { seed, sweep, measured, identity: simulated, state, observer }
     }
 
-    /// What `write` writes.
+    /// The bytes that `write` writes.
     pub(crate) fn piece(write: impl FnOnce(&mut Archive<'_>) -> Result<(), Error>) -> Result<Vec<u8>, Error> {
         let mut archive = Archive::writing();
         write(&mut archive)?;
@@ -66,7 +65,7 @@ impl Snapshot {
         identity.require_same_seed(self.seed)
     }
 
-    /// Has the state of the simulation read.
+    /// Reads the state of the simulation.
     pub(crate) fn restore(
         &self,
         read: impl FnOnce(&mut Archive<'_>) -> Result<(), Error>,
@@ -88,13 +87,13 @@ impl Snapshot {
         self.seed
     }
 
-    /// Sweeps done, equilibration included.
+    /// Number of sweeps so far, equilibration included.
     #[must_use]
     pub fn sweep(&self) -> u64 {
         self.sweep
     }
 
-    /// Sweeps of the production run under way; none while equilibrating.
+    /// Number of sweeps of the current production; 0 in equilibration.
     #[must_use]
     pub fn sweeps_of_production(&self) -> u64 {
         self.measured
@@ -114,11 +113,12 @@ impl Snapshot {
         writer.finish()
     }
 
-    /// Reads what [`to_bytes`](Self::to_bytes) wrote. Whether it fits a simulation shows when that
-    /// goes on.
+    /// Makes a snapshot from the bytes of [`to_bytes`](Self::to_bytes). Whether it belongs to a
+    /// simulation is checked when the run is continued.
     ///
     /// # Errors
-    /// [`Error::CheckpointDamaged`], [`Error::CheckpointVersion`].
+    /// [`Error::CheckpointDamaged`] if the bytes are not a valid checkpoint;
+    /// [`Error::CheckpointVersion`] for another version of the format.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self, Error> {
         let mut reader = Reader::new(bytes)?;
         let [seed, sweep, measured] = [reader.number()?, reader.number()?, reader.number()?];

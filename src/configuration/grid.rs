@@ -4,22 +4,23 @@ use super::reach::{PARTS, Reach};
 use crate::Slab;
 use wide::f32x4;
 
-/// How one of the 27 cells lies to the middle one: a line of the cache.
+/// Position of one of the 27 cells relative to the middle one, in one cache line.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 pub(super) struct Neighbor {
-    /// Of its corner, along x, y, z; once for each slot of a page.
+    /// Shift of its corner along x, y, z, repeated for each slot of a page.
     pub(super) shift: [f32x4; 3],
-    /// Of its index in the layer, to be added with wrapping.
+    /// Shift of its index in the layer, to be added with wrapping.
     pub(super) cell: usize,
     /// 0 in the layer before, 1, 2 in the layer after.
     pub(super) layer: usize,
 }
 
-/// How a slab is cut into cells.
+/// The division of a slab into cells.
 ///
-/// In a layer they form a table with a margin of one cell all around, which repeats what is at the
-/// other end: so the neighbors of a cell have the same distances in the table everywhere.
+/// The cells of a layer form a table with a margin of one cell on all sides, which repeats the
+/// cells of the opposite side. Therefore the neighbors of any cell have the same offsets in the
+/// table.
 #[derive(Debug, Clone)]
 pub(crate) struct Grid {
     /// Cells along x, y, z.
@@ -36,14 +37,14 @@ pub(crate) struct Grid {
     edges: Box<[bool]>,
     /// Periodic widths along y, z.
     pub(crate) widths: [f64; 2],
-    /// Boxed, so that nothing else has to be aligned to a line of the cache.
+    /// Boxed, because it is aligned to a cache line.
     pub(super) neighbors: Box<[Neighbor; 32]>,
     reach: Reach,
-    /// Squared distance at which a sphere that moves straight touches another.
+    /// Squared distance at which a sphere of an event chain touches another.
     pub(super) contact: f64,
 }
 
-/// The cell and the part of it in which a position lies.
+/// The cell of a position, and the part of the cell.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Spot {
     pub(crate) layer: u32,
@@ -54,11 +55,11 @@ pub(crate) struct Spot {
     pub(crate) part: u32,
 }
 
-/// Where a sphere goes in a layer.
+/// The place of a sphere in a layer.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Site {
     pub(crate) position: [f64; 3],
-    /// Relative to the cell.
+    /// Position relative to the cell.
     pub(crate) relative: [f32; 3],
     /// Index of the cell in the layer.
     pub(crate) cell: u32,
@@ -66,7 +67,7 @@ pub(crate) struct Site {
 
 /// Number of cells that divide `extent` into sides of at least one diameter and less than 1.5.
 pub(super) fn division(extent: f64) -> usize {
-    /// The side that is aimed at. Larger cells are fewer to visit, but pages overflow.
+    /// Intended side. Larger cells need fewer visits, but their pages overflow.
     const SIDE: f64 = 1.15;
     // Extents are at least 2 and at most 1e6.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
@@ -115,7 +116,7 @@ impl Grid {
         }
     }
 
-    /// Squared distance at which a sphere that moves straight touches another.
+    /// Squared distance at which a sphere of an event chain touches another.
     pub(crate) fn contact(&self) -> f64 {
         self.contact
     }
@@ -134,7 +135,8 @@ impl Grid {
     /// Part of a cell along `axis`.
     #[inline]
     fn part(&self, axis: usize, value: f64) -> u32 {
-        // Adding this leaves an integer in the low bits: quicker than a conversion that saturates.
+        // Adding this leaves an integer in the low bits, which is faster than a saturating
+        // conversion.
         const INTEGER: f64 = 1.5 * (1_u64 << 52) as f64;
         // Rounding to the nearest, half a part lower, is truncation. (At edges between parts, but not
         // between cells, it may be the lower one; there it does not matter.)
@@ -215,10 +217,10 @@ impl Grid {
         std::array::from_fn(|neighbor| rows[neighbor / 3] * self.row() + columns[neighbor % 3])
     }
 
-    /// Squared distance in double precision: what decides.
+    /// Squared distance in double precision, which decides about overlaps.
     ///
-    /// Absolute differences first: then it is the same to the last bit whichever of the two spheres
-    /// is being moved.
+    /// Absolute differences are taken first, so that the bits are the same for both spheres of a
+    /// pair.
     #[inline]
     pub(super) fn squared_distance(&self, a: [f64; 3], b: [f64; 3]) -> f64 {
         let dx = a[0] - b[0];

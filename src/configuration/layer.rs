@@ -6,12 +6,12 @@ use super::page::{NOBODY, Page};
 /// Stands for "no page"; page 0 is never used.
 pub(super) const NONE: u32 = 0;
 
-/// A sphere where it belongs.
+/// A sphere in a layer.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(32))]
 pub(crate) struct Sphere {
     pub(crate) position: [f64; 3],
-    /// Which sphere of the configuration it is; [`NOBODY`] in a gap.
+    /// Number of the sphere; [`NOBODY`] in a gap.
     pub(crate) number: u32,
     /// Cell in the layer; in a gap, the next one.
     pub(crate) cell: u32,
@@ -19,7 +19,7 @@ pub(crate) struct Sphere {
 
 /// All cells with the same index along x.
 #[derive(Debug, Clone)]
-// A size that is a power of two: layers are indexed all the time.
+// The size is a power of two, for fast indexing.
 #[repr(align(128))]
 pub(crate) struct Layer {
     /// For each cell, which of the nine around and including it in this layer are occupied.
@@ -30,7 +30,7 @@ pub(crate) struct Layer {
     /// The page that follows each page.
     pub(super) next: Vec<u32>,
     pub(super) spare_page: u32,
-    /// With gaps, so that a sphere keeps its index as long as it stays.
+    /// With gaps, so that a sphere keeps its index while it stays in the layer.
     pub(crate) spheres: Vec<Sphere>,
     pub(super) gap: u32,
     /// Index of the layer modulo four.
@@ -58,8 +58,8 @@ impl Layer {
         }
     }
 
-    /// What stands for a sphere in a page: different from that of every sphere in this layer, the
-    /// two before and the one after.
+    /// The code of a sphere in a page. It differs from those of all spheres in this layer, the two
+    /// before and the one after.
     #[inline]
     pub(crate) fn occupant(&self, index: u32) -> u32 {
         index << 2 | self.tag
@@ -209,7 +209,7 @@ impl Layer {
         }
     }
 
-    /// Notes around a cell that it is occupied, or that it is no longer.
+    /// Updates the bits of the surrounding cells about whether a cell is occupied.
     #[inline]
     fn mark(&mut self, grid: &Grid, cell: usize) {
         // Seen from there, the cell lies on the other side: the last bit belongs to the first.
@@ -232,8 +232,7 @@ impl Layer {
 }
 
 impl Layer {
-    /// Puts spheres and pages into the order of their cells, so that what lies together is kept
-    /// together.
+    /// Sorts spheres and pages by cell, so that neighbors are close in memory.
     pub(super) fn sort(&mut self, grid: &Grid) {
         // Gaps go to the end; numbers make the order unique.
         self.spheres.sort_unstable_by_key(|sphere| {
@@ -257,7 +256,7 @@ impl Layer {
         }
     }
 
-    /// Reads a word of every line of the cache that the cells take up, and makes something of them.
+    /// Reads a word of every cache line of the cells, and combines them.
     pub(crate) fn read(&self) -> u32 {
         let heads = self.heads.iter().step_by(16).fold(0, |read, head| read ^ head);
         let nearby = self.nearby.iter().step_by(32).fold(0, |read, nearby| read ^ nearby);
@@ -278,7 +277,7 @@ impl Layer {
         self.occupants_of(cell).map(|occupant| occupant >> 2)
     }
 
-    /// What stands for the spheres of a cell.
+    /// Codes of the spheres in a cell.
     pub(super) fn occupants_of(&self, cell: usize) -> impl Iterator<Item = u32> + '_ {
         let first = self.heads[cell] >> 1;
         std::iter::successors((first != NONE).then_some(first), |&page| {

@@ -1,10 +1,9 @@
 //! The spheres, and the invariants that every move keeps: no two overlap, all are inside.
 //!
 //! Space is cut into cells of about one diameter. All cells at one height form a [`Layer`], which
-//! owns its spheres: so layers far from each other can be changed at the same time, and what a
-//! trial reads lies together. A sphere has a position in double precision, which decides; a copy in
-//! single precision, relative to its cell, finds out quickly which pairs need no decision
-//! ([`Probe`]).
+//! owns its spheres. Therefore layers far from each other can be changed at the same time, and the
+//! data of a trial are close in memory. Positions in double precision decide about overlaps. A copy
+//! in single precision, relative to the cell, quickly excludes most pairs ([`Probe`]).
 
 mod grid;
 mod layer;
@@ -27,12 +26,12 @@ use std::sync::{Mutex, OnceLock, PoisonError};
 pub(crate) struct Configuration {
     slab: Slab,
     grid: Grid,
-    /// The first and the last are empty and stand for what is beyond the walls.
+    /// The first and the last layer are empty; they are beyond the walls.
     layers: Vec<Layer>,
     len: usize,
-    /// Positions by number, once somebody has asked for them.
+    /// Positions by number, gathered at the first request.
     positions: OnceLock<Vec<[f64; 3]>>,
-    /// What they were kept in before.
+    /// Their earlier memory, for reuse.
     retired: Mutex<Vec<[f64; 3]>>,
 }
 
@@ -66,7 +65,7 @@ impl Configuration {
         Self { slab, grid, layers: all, len: 0, positions: OnceLock::new(), retired: Mutex::default() }
     }
 
-    /// Checks positions and takes them over.
+    /// Makes a configuration from positions and checks them.
     pub(crate) fn new(slab: Slab, positions: &[[f64; 3]]) -> Result<Self, Error> {
         let mut configuration = Self::empty(slab);
         let [width_y, width_z] = slab.widths();
@@ -116,7 +115,7 @@ impl Configuration {
         self.len
     }
 
-    /// Heights of the centers, in an order that means nothing.
+    /// Heights of the centers, in arbitrary order.
     pub(crate) fn heights(&self) -> impl Iterator<Item = f64> + '_ {
         self.layers.iter().flat_map(|layer| {
             layer.spheres.iter().filter(|sphere| sphere.number != NOBODY).map(|sphere| sphere.position[0])
@@ -140,7 +139,7 @@ impl Configuration {
         })
     }
 
-    /// Notes that spheres are about to move.
+    /// Invalidates the gathered positions before spheres move.
     #[inline]
     fn touch(&mut self) {
         if let Some(positions) = self.positions.take() {
@@ -154,8 +153,7 @@ impl Configuration {
         (&self.grid, &mut self.layers)
     }
 
-    /// Puts spheres that lie together together in memory; those in large systems drift apart
-    /// otherwise.
+    /// Sorts spheres so that neighbors are close in memory, which moves disturb in large systems.
     pub(crate) fn sort(&mut self) {
         for layer in &mut self.layers {
             layer.sort(&self.grid);
@@ -202,8 +200,8 @@ impl Configuration {
     }
 }
 
-/// No layer has more spheres at any time: close packing of centers in it and half a diameter on
-/// both sides.
+/// Upper bound of the number of spheres in a layer, from close packing in the layer and half a
+/// diameter on both sides.
 fn most_in_a_layer(slab: &Slab, grid: &Grid) -> usize {
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let most = (slab.base_area() * (grid.sides[0] + 1.0) * std::f64::consts::SQRT_2) as usize;
@@ -216,7 +214,7 @@ pub(crate) fn neighbors_of(layers: &[Layer], layer: usize) -> &[Layer] {
     &layers[layer - 1..layer + 2]
 }
 
-/// The coordinate in `[0, width)` that `value`, less than one width outside, stands for.
+/// The periodic coordinate in `[0, width)` of a `value` that is less than one width outside.
 #[inline]
 pub(crate) fn wrap(value: f64, width: f64) -> f64 {
     let raised = if value < 0.0 { value + width } else { value };

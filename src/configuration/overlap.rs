@@ -13,16 +13,16 @@ use wide::{f32x4, u32x4};
 /// 6·2⁻²⁴ along each axis, the rounding of double precision included. In the square this is
 /// 2√3·6·2⁻²⁴, and its own rounding adds 3·2⁻²⁴: less than 24·2⁻²⁴, a third of what is allowed for.
 const ROUNDING: f32 = 1.0 / (1 << 18) as f32;
-/// Below it spheres overlap for certain.
+/// Below this value spheres certainly overlap.
 const CERTAIN: f32x4 = f32x4::new([1.0 - ROUNDING; SLOTS]);
-/// From it on they certainly do not.
+/// From this value on they certainly do not overlap.
 const CLEAR: f32x4 = f32x4::new([1.0 + ROUNDING; SLOTS]);
 
-/// A question: would a sphere at a position overlap another?
+/// A test for overlaps of a sphere at a position.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Probe {
     pub(crate) site: Site,
-    /// The occupant that is the sphere itself.
+    /// Code of the sphere itself.
     pub(crate) ignored: u32,
     /// Cells that are still to be visited, as [`occupied_in_reach`] gives them.
     pub(crate) candidates: u64,
@@ -38,7 +38,7 @@ pub(crate) fn occupied_in_reach(grid: &Grid, layers: &[Layer], cell: u32, part: 
     (occupied | occupied << 32) & grid.in_reach(part, octant)
 }
 
-/// What visits compare with: once for each slot of a page.
+/// The position to compare with, repeated for each slot of a page.
 struct Middle {
     coordinates: [f32x4; 3],
     ignored: u32x4,
@@ -75,10 +75,10 @@ impl Probe {
         Middle { coordinates: self.site.relative.map(f32x4::splat), ignored: u32x4::splat(self.ignored) }
     }
 
-    /// Visits the next `VISITS` cells without a branch, and says whether an overlap is certain, and
-    /// which cells are left. What it cannot decide, it leaves to [`overlaps`](Self::overlaps).
-    // A probe handed over in memory would be read in other pieces than it was written in, and wait for that:
-    // an eighth of the speed of a dense sweep.
+    /// Visits the next `VISITS` cells without a branch. Returns whether an overlap is certain, and
+    /// the remaining cells. Undecided pairs are left to [`overlaps`](Self::overlaps).
+    // Passed by value: a probe in memory would be read in other pieces than it was written, which
+    // makes dense sweeps slower by an eighth.
     #[inline(always)]
     // Both sides always: a condition is cheaper than a branch.
     #[allow(clippy::inline_always, clippy::needless_bitwise_bool)]
@@ -89,7 +89,7 @@ impl Probe {
         let mut nearest = CLEAR;
         let mut heads = 0;
         for _ in 0..VISITS {
-            // Once all have been visited it is always the first, occupied or not: no harm.
+            // After all cells have been visited, the first one is visited again, which is harmless.
             let neighbor = &grid.neighbors[candidates.trailing_zeros() as usize & 31];
             candidates &= candidates.wrapping_sub(1);
             let layer = &layers[neighbor.layer];
@@ -120,14 +120,14 @@ impl Probe {
                 squared = middle.nearest_in_chain(neighbor, layer, head);
             }
             if squared.simd_lt(CLEAR).any() {
-                // In what is left in doubt, the cells visited before were clear: no need to save work.
+                // Undecided pairs are rare, so all remaining cells are compared exactly.
                 return squared.simd_lt(CERTAIN).any() || self.overlaps_exactly(grid, layers);
             }
         }
         false
     }
 
-    /// The same in double precision, for those few that need it.
+    /// The same in double precision, for the few undecided pairs.
     #[cold]
     #[inline(never)]
     fn overlaps_exactly(&self, grid: &Grid, layers: &[Layer]) -> bool {

@@ -1,10 +1,10 @@
-//! Some of the spheres of a cell, as neighbor search sees them.
+//! Pages: spheres of a cell in the form used by the search for overlaps.
 
 use wide::{f32x4, u32x4};
 
 /// Spheres per page.
 pub(super) const SLOTS: usize = 4;
-/// Stands for "no sphere" among occupants.
+/// Code for "no sphere".
 pub(crate) const NOBODY: u32 = u32::MAX;
 /// All slots of a page, one bit for each.
 const ALL: u32 = (1 << SLOTS) - 1;
@@ -12,10 +12,10 @@ const ALL: u32 = (1 << SLOTS) - 1;
 /// whole.
 pub(super) const NOWHERE: f32 = 1e9;
 
-/// Some of the spheres of one cell: one line of the cache.
+/// Up to four spheres of one cell, in one cache line.
 ///
-/// Coordinates are relative to the cell and in single precision. They only tell which pairs are
-/// clear of each other, which overlap, and which have to be decided in double precision.
+/// Coordinates are relative to the cell and in single precision. They show which pairs certainly
+/// overlap, which certainly do not, and which must be decided in double precision.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 pub(super) struct Page {

@@ -1,11 +1,11 @@
-//! Which neighboring cells come within one diameter of a place.
+//! Neighboring cells within one diameter of a position.
 
 use wide::u8x16;
 
 /// The 27 cells around and including one: bit 9 layer + 3 row + column of a set of cells, each
 /// counted from the cell before.
 pub(super) const NEIGHBORS: usize = 27;
-/// Parts of a cell along each axis that are told apart.
+/// Number of parts of a cell along each axis.
 pub(super) const PARTS: usize = 16;
 /// Parts along each axis that differ in which cells are visited first.
 const QUARTERS: usize = 4;
@@ -19,11 +19,11 @@ const FIRST: usize = 5;
 /// One byte for each of the 27 cells.
 type Row = [u8x16; 2];
 
-/// The cells that come within one diameter of a part of a cell.
+/// The cells within one diameter of a part of a cell.
 ///
 /// The squared distance is a sum of a term for each axis. The terms of all 27 cells for a part
-/// along one axis are a row of bytes, rounded down: so a sum of three rows tells about all cells at
-/// once, and parts can be small though the table is.
+/// along one axis are a row of bytes, rounded down: so a sum of three rows gives the result for all
+/// cells at once, and the table is small.
 #[derive(Debug, Clone)]
 pub(super) struct Reach {
     squared_gaps: Box<[[Row; PARTS]; 3]>,
@@ -68,8 +68,8 @@ impl Reach {
         (x % parts * parts + y % parts) * parts + z % parts
     }
 
-    /// The cells in reach of a part: in the low half the likeliest to be run into by a sphere that
-    /// comes there in the direction of `octant`, in the high half the others.
+    /// The cells in reach of a part: in the low half those with the most likely overlaps for a
+    /// displacement in the direction of `octant`, in the high half the others.
     #[inline]
     pub(super) fn cells(&self, part: u32, octant: usize) -> u64 {
         let part = part as usize;
@@ -83,8 +83,8 @@ impl Reach {
     }
 }
 
-/// The cells that hold most of the places, just within one diameter of the middle of a part, that a
-/// sphere runs into. It decides how fast an overlap is found, and nothing else.
+/// The cells in which overlaps are most likely after a displacement into a part. They affect only
+/// the speed of the search.
 fn likeliest(sides: [f64; 3], part: usize, octant: usize) -> u32 {
     const STEPS: usize = 7;
     let parts = [part / (QUARTERS * QUARTERS), part / QUARTERS % QUARTERS, part % QUARTERS];

@@ -1,4 +1,4 @@
-//! What a checkpoint keeps of a configuration.
+//! The part of a configuration stored in checkpoints.
 
 use super::layer::Sphere;
 use super::page::NOBODY;
@@ -6,11 +6,11 @@ use super::{Configuration, Grid, most_in_a_layer};
 use crate::Error;
 use crate::checkpoint::Archive;
 
-/// A layer as it is kept: moves pick spheres by their place in it, and a gap is filled by the next
-/// sphere that comes, so both are state. Cells and pages follow from positions.
+/// A layer in a checkpoint. Moves pick spheres by their index in the layer, and gaps are filled in
+/// a fixed order, so both are stored. Cells and pages follow from the positions.
 #[derive(Default, serde::Serialize, serde::Deserialize)]
 struct SavedLayer {
-    /// One more than the number of the sphere in each place; 0 in a gap.
+    /// Number of the sphere at each index, plus one; 0 in a gap.
     numbers: Vec<u32>,
     /// Of the spheres, in this order.
     positions: Vec<[f64; 3]>,
@@ -52,8 +52,8 @@ impl Configuration {
         }
     }
 
-    /// Fills an empty layer; nothing if it cannot be so. `found` tells which spheres there have
-    /// been.
+    /// Fills an empty layer; `None` if the data are invalid. `found` marks the spheres found so
+    /// far.
     fn restore(&mut self, number: usize, saved: &SavedLayer, found: &mut [bool]) -> Option<()> {
         /// In a gap of which it is not known when it is filled.
         const UNLISTED: u32 = NOBODY - 1;

@@ -1,33 +1,35 @@
-//! What theory expects of a scene.
+//! The theory profile of a scene, with which a run is compared.
 
 use crate::equation_of_state::{EquationOfState, FREEZING, FluidSolid, ModifiedKolafa};
 use crate::statistics::Estimate;
 use crate::{Error, Field, HydrostaticProfile, Scene, TemperatureProfile, Wall, Warning, temperature};
 
-/// The theory profile of a scene between its walls, and what follows from it.
+/// The theory profile of a scene between its walls.
 #[derive(Debug, Clone)]
 pub(super) struct Expectation {
     profile: HydrostaticProfile,
     particles: usize,
-    /// Height of centers at the wall on which the column rests.
+    /// Height of the centers in contact with the wall on which the column rests.
     rest: f64,
 }
 
 impl Expectation {
-    /// Parts of the column, with equally many spheres, over which is summed.
+    /// Number of parts of the column, with equal numbers of spheres, used in sums.
     const PARTS: u32 = 512;
-    /// A local theory of fewer spheres than this is none.
+    /// The local theory is not used for fewer spheres.
     const FEWEST_SPHERES: usize = 64;
-    /// The center of mass of every healthy column here lies within a third of this of the theory's.
+    /// Largest relative deviation of the height of the center of mass from the theory. Equilibrated
+    /// columns deviate by less than a third of it.
     const TOLERANCE: f64 = 0.03;
-    /// A deviation of more standard errors than this is no accident, even if they are
-    /// underestimated by half.
+    /// Smallest significant deviation in standard errors, large enough for errors underestimated by
+    /// half.
     const SIGNIFICANT: f64 = 6.0;
 
     pub(super) fn new<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>) -> Result<Self, Error> {
         let profile = scene
             .hydrostatics(&FluidSolid::default())
-            // The front between fluid and solid is the hardest; a metastable fluid has none, and says so.
+            // The front between fluid and solid is the most difficult part to solve. The metastable
+            // fluid has no front, and gives a warning of its own.
             .or_else(|_| scene.hydrostatics(&ModifiedKolafa))?;
         Ok(Self {
             profile,
@@ -40,7 +42,7 @@ impl Expectation {
         &self.profile
     }
 
-    /// Variance of the height of the center of mass in equilibrium in the field that makes this
+    /// Equilibrium variance of the height of the center of mass, in the field that gives this
     /// density.
     ///
     /// It is the response to a uniform field: Var(h) = −(1/N) dh/dε for a reduced potential u + εx,
@@ -55,7 +57,7 @@ impl Expectation {
             let eta = self.profile.packing_fraction(height);
             let equation = FluidSolid::default();
             let stiffness = equation.compressibility_factor(eta) + equation.compressibility_derivative(eta);
-            // Between fluid and solid it would be zero, where there is no sphere.
+            // The stiffness would be zero between fluid and solid, where there is no sphere.
             let compressibility = 1.0 / stiffness.max(1.0);
             zeroth += compressibility;
             first += compressibility * height;
@@ -64,7 +66,7 @@ impl Expectation {
         (second - first * first / zeroth) / (f64::from(Self::PARTS) * self.particles as f64)
     }
 
-    /// Whether the center of mass is where this theory has it.
+    /// Whether this theory is accurate enough to predict the center of mass.
     fn is_good(&self) -> bool {
         let (_, density) = self.profile.density_maximum();
         let steep = |warning: &Warning| matches!(warning, Warning::SteepGradient { .. });
@@ -73,7 +75,7 @@ impl Expectation {
             && !self.profile.warnings().iter().any(steep)
     }
 
-    /// Compares a measured center of mass.
+    /// Compares a measured height of the center of mass with the theory.
     pub(super) fn far_from(&self, center_of_mass: Estimate) -> Option<Warning> {
         let theory = self.profile.center_of_mass();
         let far = (center_of_mass.mean - theory).abs() > Self::TOLERANCE * (theory - self.rest).abs()
@@ -81,10 +83,10 @@ impl Expectation {
         (far && self.is_good()).then_some(Warning::FarFromTheory { center_of_mass, theory })
     }
 
-    /// What can be said before the first sweep.
+    /// Warnings that need no sweep.
     pub(super) fn of_the_scene<F, T: TemperatureProfile>(&self, scene: &Scene<F, T>) -> Vec<Warning> {
-        // An isothermal simulation is exact whatever the gradient; with a temperature that varies, P = n T
-        // Z(η) at every height is what is meant by the scene.
+        // An isothermal simulation is exact for any gradient. If the temperature varies, the scene
+        // is defined by P = n T Z(η) at every height, which needs small gradients.
         let slab = scene.slab();
         let varies = temperature::constant(scene.temperature(), slab).is_none();
         let concerns_simulation = |warning: &Warning| match warning {
@@ -96,7 +98,7 @@ impl Expectation {
         warnings.retain(concerns_simulation);
         for warning in &mut warnings {
             if let Warning::LidTooLow { lid, .. } = warning {
-                // Not where the bulk ends that stands for the layers below it.
+                // The wall itself, not the height where the bulk profile begins.
                 *lid = if scene.open_end() == Wall::Lid { slab.height() } else { 0.0 };
             }
         }

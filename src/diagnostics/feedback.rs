@@ -1,15 +1,15 @@
-//! Whether the effective field was that of the density that it made.
+//! Checks whether the effective field is self-consistent.
 
 use crate::Warning;
 use crate::drive::{Certificate, Convergence, ForceBalance, Suggestion};
 
-/// [`Warning::FeedbackNotConverged`] where the field is off by more than 2 %, or not known to be
-/// within 5 %; [`Warning::TooShort`] if that cannot be judged after so many `sweeps` of production.
+/// [`Warning::FeedbackNotConverged`] if the field is off by more than 2 %, or its standard error
+/// does not exclude a deviation of 5 %; [`Warning::TooShort`] if `sweeps` sweeps of production are
+/// too few to judge.
 pub(super) fn warning(balance: &ForceBalance, sweeps: u64) -> Option<Warning> {
-    /// The relative deviation of the balance of forces above which a run that can tell is warned
-    /// of.
+    /// Largest relative deviation of the balance of forces without a warning.
     const TOLERANCE: f64 = 0.02;
-    /// That below which a run should be able to tell.
+    /// Relative deviation that a run must be able to exclude.
     const KNOWN_TO: f64 = 0.05;
     let cannot_tell = |certificate: &Certificate| {
         let Convergence::NotConverged { suggestion, .. } = certificate.convergence else { return false };

@@ -1,28 +1,28 @@
-//! Whether a part of the column is beyond freezing, and whether a crystal would fit the box.
+//! Checks whether a part of the column is beyond freezing, and whether a crystal fits the box.
 
 use super::hexagonal;
 use crate::equation_of_state::{EquationOfState, FREEZING, FluidSolid, SpeedySolid, packing_fraction};
 use crate::monitor::Monitor;
 use crate::{Field, HydrostaticProfile, Scene, TemperatureProfile, Wall, Warning};
 
-/// Nothing is said of a column whose largest P/T is within 1 % of coexistence: it freezes slowly,
-/// or not at all.
+/// No warning if the largest P/T is within 1 % of coexistence: such a column freezes slowly or not
+/// at all.
 const MARGIN: f64 = 1.01;
-/// A band at least so far above freezing is not there by chance.
+/// Significant excess of the packing fraction of a band over that of freezing.
 const DENSITY_MARGIN: f64 = 0.005;
-/// A thinner layer beyond freezing does not matter.
+/// A thinner layer beyond freezing is not reported, in diameters.
 const THINNEST: f64 = 1.0;
-/// Spheres per area of a layer that freezes, as hard discs do (doi:10.1103/PhysRevLett.107.155704).
-/// Fewer that are cold lie on the wall as a gas, whatever the weight per area over T.
+/// Smallest number of spheres per area with which a single layer can freeze, that of hard discs
+/// (doi:10.1103/PhysRevLett.107.155704). A layer of fewer spheres is a two-dimensional gas at any
+/// weight per area over T.
 pub(crate) const LEAST_LAYER: f64 = 0.89;
-/// Layers at a wall are not averaged out in bands that are closer to it.
+/// Bands closer to a wall than this, in diameters, do not average over the layers at the wall.
 const LAYERED: f64 = 4.0;
-/// An elastic energy of ½ · 50 T/d³ · strain² then lowers P of coexistence by some 2 %, and a
-/// crystal is as much denser or thinner as its own compressibility allows.
+/// Largest strain without a warning. An elastic energy of ½ · 50 T/d³ · strain² then changes P of
+/// coexistence by about 2 %.
 const LARGEST_STRAIN: f64 = 0.02;
 
-/// Judges pressures from the weight of the measured column, which layers do not disturb, and
-/// densities.
+/// Judges measured densities, and pressures from the weight of the measured column.
 pub(super) fn warnings<F: Field, T: TemperatureProfile>(
     scene: &Scene<F, T>,
     monitor: &Monitor,
@@ -34,7 +34,8 @@ pub(super) fn warnings<F: Field, T: TemperatureProfile>(
     let freezing = MARGIN * FluidSolid::default().coexistence().reduced_pressure;
     let weight =
         |band: usize| occupancy[band] * scene.field().acceleration(bands.edge(band) + 0.5 * height) / area;
-    // P/T at the lower edges, and at the lid; first P, from the open end.
+    // P at the lower edges of the bands and at the lid, summed from the open end; divided by T
+    // below.
     let mut pressures = vec![0.0; occupancy.len() + 1];
     match scene.open_end() {
         Wall::Lid => {
@@ -55,7 +56,7 @@ pub(super) fn warnings<F: Field, T: TemperatureProfile>(
     }
     let eta = |band: usize| {
         let next = (band + 1).min(occupancy.len() - 1);
-        // The bulk profile that holds as many spheres as the layers begins this far from the wall.
+        // The bulk profile with the same number of spheres begins at this distance from the wall.
         let lost = [band == 0, next + 1 == occupancy.len()];
         let lost = lost.map(|at_wall| if at_wall { 0.125 } else { 0.0 }).iter().sum::<f64>();
         let heights = if next > band { 2.0 * height } else { height };
@@ -97,12 +98,12 @@ pub(super) fn warnings<F: Field, T: TemperatureProfile>(
     warnings
 }
 
-/// Whether the crystal that is stable at the larger of the walls' pressures fits across.
+/// Checks whether the crystal that is stable at the larger wall pressure fits the widths.
 fn incommensurate<F, T>(scene: &Scene<F, T>, reduced_pressure: f64) -> Option<Warning> {
     let coexistence = FluidSolid::default().coexistence();
     let eta = SpeedySolid
         .packing_fraction_at(reduced_pressure.max(coexistence.reduced_pressure), Some(coexistence.solid))?;
-    // π/√18 where neighbors touch.
+    // 1 at close packing, π/√18.
     let lattice_constant = libm::cbrt(std::f64::consts::PI / 18_f64.sqrt() / eta);
     let widths = scene.slab().widths();
     let strain = hexagonal::smallest_strain(widths.map(|width| width / lattice_constant));

@@ -7,15 +7,15 @@ fn vector(m: f64, n: f64) -> [f64; 2] {
     [m + 0.5 * n, 0.75_f64.sqrt() * n]
 }
 
-/// The smallest strain with which a hexagonal lattice of unit spacing becomes periodic in a
-/// rectangle of these sides.
+/// The smallest strain that makes a hexagonal lattice of unit spacing periodic in a rectangle of
+/// these sides.
 ///
-/// Of all pairs of lattice vectors that can be turned and strained into the two sides, the one
-/// whose larger principal strain is the smallest. Rows along a side are one case: then the other
-/// side has a whole even number of rows.
+/// Minimum of the larger principal strain over all pairs of lattice vectors that are rotated and
+/// strained into the two sides. Rows along a side are one case; the other side then has an even
+/// number of rows.
 pub(super) fn smallest_strain(sides: [f64; 2]) -> f64 {
-    // Larger strains are of no interest, and beyond this width there always is a pair with a smaller
-    // one.
+    // Larger strains are not searched. In boxes wider than this a pair with a smaller strain always
+    // exists.
     const LARGEST: f64 = 0.15;
     const WIDEST: f64 = 60.0;
     let [length, width] = sides;
@@ -33,7 +33,7 @@ pub(super) fn smallest_strain(sides: [f64; 2]) -> f64 {
             let first = vector(m, n);
             let norm = (first[0] * first[0] + first[1] * first[1]).sqrt();
             if (norm / length - 1.0).abs() <= LARGEST {
-                // Where the other one should end, and the lattice points around.
+                // Ideal end of the other vector, and the lattice points around it.
                 let scale = width / norm;
                 let ideal = [-first[1] * scale, first[0] * scale];
                 let row = ideal[1] / 0.75_f64.sqrt();
@@ -51,7 +51,7 @@ pub(super) fn smallest_strain(sides: [f64; 2]) -> f64 {
     smallest
 }
 
-/// Larger principal strain of the deformation that turns two vectors into the sides of a rectangle.
+/// Larger principal strain of the deformation of two vectors into the sides of a rectangle.
 fn strain(first: [f64; 2], second: [f64; 2], [length, width]: [f64; 2]) -> f64 {
     let determinant = first[0] * second[1] - first[1] * second[0];
     if determinant <= 0.0 {

@@ -1,11 +1,12 @@
-//! Whether a run has seen what it should.
+//! Checks whether a run is equilibrated, and long enough for its slowest quantity.
 
 use crate::monitor::Monitor;
 use crate::statistics::{Estimate, FEWEST_INDEPENDENT, drift, independent, mean, plateau};
 use crate::warning::MixingEvidence;
 use crate::{Quantity, Warning};
 
-/// The series of the center of mass, what equilibrium demands of it, and the slowest of all series.
+/// The series of the height of the center of mass, its variance in equilibrium, and the slowest of
+/// all series.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Mixing<'a> {
     series: &'a [f64],
@@ -13,8 +14,8 @@ pub(super) struct Mixing<'a> {
     slowest: (Quantity, f64),
 }
 
-/// The part of which a run has seen the fewest independent configurations, and how many. Series
-/// that never change, other than that of the center of mass, have no memory.
+/// The quantity with the smallest effective number of independent configurations, and this number.
+/// Constant series are left out, except that of the center of mass.
 pub(crate) fn slowest(monitor: &Monitor) -> (Quantity, f64) {
     let changes = |series: &Vec<f64>| series.windows(2).any(|pair| (pair[0] - pair[1]).abs() > 0.0);
     monitor
@@ -27,25 +28,25 @@ pub(crate) fn slowest(monitor: &Monitor) -> (Quantity, f64) {
 }
 
 impl<'a> Mixing<'a> {
-    /// A drift of more standard errors than this is no accident.
+    /// A drift is significant above this number of standard errors.
     const LARGEST_DRIFT: f64 = 4.0;
-    /// Nor does one below this many standard deviations of an equilibrium configuration matter: the
-    /// error bar of a run that has seen a few independent ones is as large.
+    /// A drift below this number of equilibrium standard deviations is not reported: the error bar
+    /// of a run with a few independent configurations is as large.
     const SMALLEST_DRIFT: f64 = 0.75;
-    /// Sixteen independent numbers have a smaller part of their variance once in a thousand runs.
+    /// Smallest variance relative to equilibrium. Sixteen independent numbers have a smaller one in
+    /// one of a thousand runs.
     const QUIETEST: f64 = 0.25;
 
-    /// A beginning that is nearer to the rest than so many standard deviations of an equilibrium
-    /// configuration shifts the mean by a quarter of one at most.
+    /// A shift of the first eighth below this number of equilibrium standard deviations is not
+    /// reported: it changes the mean of the run by at most a quarter of one standard deviation.
     const SMALLEST_SHIFT: f64 = 2.0;
 
     pub(super) fn new(monitor: &'a Monitor, required_variance: Option<f64>) -> Self {
         Self { series: monitor.center_of_mass(), required_variance, slowest: slowest(monitor) }
     }
 
-    /// Height of the center of mass, with an error that is not widened, so that a column that moves
-    /// is seen to be far from where it should be; the error is NaN if the series is too short
-    /// for one.
+    /// Mean height of the center of mass. Its error is not widened for a drift, to detect a
+    /// drifting column as far from theory. The error is NaN if the series is too short.
     pub(super) fn center_of_mass(&self) -> Estimate {
         plateau(self.series).unwrap_or(Estimate::new(f64::NAN, f64::NAN))
     }
@@ -56,9 +57,9 @@ impl<'a> Mixing<'a> {
         self.series.iter().map(|height| (height - mean) * (height - mean)).sum::<f64>() / count
     }
 
-    /// The mean of the first eighth of the series less that of its second half, with the error that
-    /// equilibrium allows: the first eighth holds a quarter as many independent configurations
-    /// as the second half, one at least.
+    /// The mean of the first eighth of the series minus that of its second half. The error is that
+    /// of equilibrium: the first eighth has a quarter of the independent configurations of the
+    /// second half, at least one.
     fn shift(&self) -> Estimate {
         let (eighth, half) = (&self.series[..self.series.len() / 8], &self.series[self.series.len() / 2..]);
         let rest = Mixing { series: half, ..*self };
@@ -142,8 +143,8 @@ mod tests {
         assert!(warned_of(32, 16.0, 1.0)[1] < 0.01);
     }
 
-    /// A start that relaxes within the first tenth is warned of, though halves and memory look
-    /// right.
+    /// A start that relaxes within the first tenth gives a warning, although halves and
+    /// autocorrelation time are inconspicuous.
     #[test]
     fn a_start_that_relaxes_is_warned_of() {
         for seed in 0..20 {

@@ -1,7 +1,5 @@
-//! What the notes of a run, its scene and the theory of it say against the run: one file for each
-//! kind of doubt.
-//!
-//! Notes, scene and theory go in, warnings come out; no judgment knows of another.
+//! Warnings about a run, from its records, its scene and the theory of the scene. Each file makes
+//! one kind of warning, independently of the others.
 
 mod acceptance;
 mod expectation;
@@ -20,22 +18,22 @@ pub(crate) use freezing::LEAST_LAYER;
 use mixing::Mixing;
 pub(crate) use mixing::slowest;
 
-/// All that is judged: notes of production, the scene and what drives it.
+/// The input of all checks: records of production, the scene and its drive.
 #[derive(Clone, Copy)]
 pub(crate) struct Case<'a, F, T, D, A> {
     pub(crate) scene: &'a Scene<F, T>,
     pub(crate) drive: &'a D,
     pub(crate) adaptation: &'a A,
     pub(crate) monitor: &'a Monitor,
-    /// Where the temperature varies.
+    /// Present if the temperature varies.
     pub(crate) balance: Option<&'a ForceBalance>,
-    /// What sweeps consist of.
+    /// The moves.
     pub(crate) engine: &'a Engine,
 }
 
 impl<F: Field, T: TemperatureProfile, D: Drive<F, T>, A: Adaptation<D>> Case<'_, F, T, D, A> {
-    /// Fewest sweeps of production from which anything is concluded: half of them have sixteen
-    /// numbers of the series.
+    /// Smallest number of sweeps of production that is judged; half of it gives sixteen numbers of
+    /// the series.
     const FEWEST_SWEEPS: u64 = 32 * Monitor::FIRST_INTERVAL;
 
     pub(crate) fn warnings(&self) -> Vec<Warning> {
@@ -66,7 +64,7 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>, A: Adaptation<D>> Case<'_,
             if changes > 0 {
                 warnings.push(Warning::ChangesWhileMeasuring { changes });
             }
-            // A field that changes is no equilibrium, whose fluctuations are known.
+            // The equilibrium variance holds only in a constant field.
             let required_variance = theory.as_ref().filter(|_| changes == 0).map(Expectation::variance);
             let mixing = Mixing::new(monitor, required_variance);
             warnings.extend(mixing.warnings(sweeps));
@@ -84,7 +82,7 @@ impl<F: Field, T: TemperatureProfile, D: Drive<F, T>, A: Adaptation<D>> Case<'_,
     }
 }
 
-/// Of several demands for more sweeps, one is enough.
+/// Keeps one of several [`Warning::TooShort`]: that which needs the most sweeps.
 fn keep_longest(warnings: &mut Vec<Warning>) {
     let demand = |warning: &Warning| match warning {
         Warning::TooShort { needed, .. } => Some(*needed),

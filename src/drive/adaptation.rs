@@ -1,15 +1,15 @@
-//! What changes a potential while a run goes on.
+//! The adaptation of the effective potential during a run.
 
 use super::MeasuredShare;
 use crate::observer::Observer;
 use crate::scene::AnyScene;
 use crate::{Error, Warning};
 
-/// What changes a potential `P` while a run goes on, by what it sees of it: the part in which the
-/// schemes of this module differ.
+/// Changes the potential `P` of a run by what it samples: the part in which the schemes of this
+/// module differ.
 ///
-/// It is an [`Observer`], so it is shown what all others are: every configuration, and single moves
-/// and collisions if it asks. After each sweep that it has observed it may change the potential.
+/// It is an [`Observer`] and gets the same frames, single moves and collisions as all others. After
+/// each sweep it may change the potential.
 ///
 /// ```
 /// use gradient_mc::drive::{Adaptation, EffectivePotential, Scheme};
@@ -53,7 +53,7 @@ use crate::{Error, Warning};
 /// }
 /// ```
 pub trait Adaptation<P>: Observer + Send + Sync {
-    /// Changes the potential, after a sweep that was observed; the default leaves it as it is.
+    /// Changes the potential after a sweep. The default does not change it.
     ///
     /// # Errors
     /// Any [`Error`]; it ends the run.
@@ -71,25 +71,25 @@ pub trait Adaptation<P>: Observer + Send + Sync {
         Ok(())
     }
 
-    /// Whether it changes the potential with every configuration, so that no production run can
-    /// tell whether it was the right one.
+    /// Whether the potential changes with every configuration. A certificate of such a run is never
+    /// converged.
     fn follows_every_configuration(&self) -> bool {
         false
     }
 
-    /// How much of the potential in force was measured; by default it is not known. Certificates
-    /// state it.
+    /// The part of the effective field that was measured, printed in certificates; by default
+    /// `None`, unknown.
     fn measured_share(&self) -> Option<MeasuredShare> {
         None
     }
 
-    /// What it has to say against production, beyond the balance of forces; by default nothing.
+    /// Warnings about production in addition to those of the balance of forces; by default none.
     fn warnings(&self, _potential: &P, _scene: &AnyScene<'_>) -> Vec<Warning> {
         Vec::new()
     }
 }
 
-/// The potential stays what it is, so nothing of it was measured.
+/// The potential does not change, so nothing of it is measured.
 impl<P> Adaptation<P> for () {
     fn measured_share(&self) -> Option<MeasuredShare> {
         Some(MeasuredShare::NONE)

@@ -1,18 +1,18 @@
-//! The scheme of a simulation that names none, for any temperature profile.
+//! The default scheme of a simulation, for any temperature profile.
 
 use super::self_consistent::Iteration;
 use super::{Adaptation, Drive, EffectivePotential, MeasuredShare, Scheme, SelfConsistent};
 use crate::scene::AnyScene;
 use crate::{Error, Field, Scene, TemperatureProfile, Warning, temperature};
 
-/// The scheme of a simulation that names none: u = φ/T in closed form (eqs. 14 to 16 of
-/// doi:10.1103/PhysRevE.83.061306) where the temperature is constant, the [`SelfConsistent`]
-/// iteration where it varies.
+/// The default scheme: u = φ/T in closed form (eqs. 14 to 16 of doi:10.1103/PhysRevE.83.061306) if
+/// the temperature is constant, and the [`SelfConsistent`] iteration if it varies.
 ///
-/// Where a profile [says](TemperatureProfile::constant) that it is constant, as
-/// [`Isothermal`](crate::temperature::Isothermal) does, the choice is made by the compiler, and
-/// nothing is left of the other. Where it only turns out to be constant, at four heights to a
-/// diameter and to rounding, the choice is one branch.
+/// If a profile has a [`constant`](TemperatureProfile::constant) temperature, as
+/// [`Isothermal`](crate::temperature::Isothermal), the compiler makes the choice and removes the
+/// code of the iteration. Other profiles are evaluated at four heights per diameter; if the
+/// temperature is the same, up to rounding, they are treated as isothermal too, at the cost of one
+/// branch.
 ///
 /// ```
 /// use gradient_mc::drive::{Automatic, Drive, Scheme};
@@ -43,7 +43,7 @@ impl<F: Field, T: TemperatureProfile> Scheme<F, T> for Automatic {
     type Adaptation = Option<Box<Iteration>>;
 
     /// # Errors
-    /// [`Error::InvalidPotential`] where φ/T overflows; what [`SelfConsistent`] returns.
+    /// [`Error::InvalidPotential`] if φ/T overflows at some height; those of [`SelfConsistent`].
     fn drive(self, scene: &Scene<F, T>) -> Result<(AutomaticDrive, Self::Adaptation), Error> {
         const PROBES: u32 = 4096;
         let Some(temperature) = temperature::constant(scene.temperature(), scene.slab()) else {
@@ -62,8 +62,8 @@ impl<F: Field, T: TemperatureProfile> Scheme<F, T> for Automatic {
 }
 
 impl AutomaticDrive {
-    /// The effective potential, or the temperature if it is constant. Of a profile that says that
-    /// it is, this is known to the compiler.
+    /// The effective potential, or the temperature if it is constant. For profiles such as
+    /// `Isothermal` the compiler knows the result.
     #[inline]
     fn mapped<F, T: TemperatureProfile>(&self, scene: &Scene<F, T>) -> Result<&EffectivePotential, f64> {
         match (scene.temperature().constant(), &self.0) {

@@ -1,4 +1,4 @@
-//! Whether the effective field was the right one: the balance of forces in a production run.
+//! Checks whether the effective field is self-consistent: the balance of forces in production.
 
 use super::MeasuredShare;
 use super::column_average::WallContact;
@@ -9,65 +9,63 @@ use crate::statistics::{BlockAverages, Estimate, FEWEST_INDEPENDENT, drift, inde
 use crate::{Error, Merge, TemperatureProfile, Wall};
 use std::fmt;
 
-/// Both sides of the sum rule that the effective field must fulfil, recorded in the production run
-/// of a mapped scene.
+/// Balance of forces: both sides of the sum rule that a self-consistent effective field fulfills,
+/// recorded in production if the temperature varies.
 ///
-/// A run samples an isothermal system in the potential u. Its pressure over temperature at height x
-/// is what its forces hold up, `P_iso(x)` = ∫ₓ n u' dx' + P(lid)/T(lid), for any u. The run stands
-/// for the scene if this equals W(x)/T(x), the weight of the column over the temperature (eq. 24 of
-/// doi:10.1103/PhysRevE.83.061306, exact for any n(x), also in the layers at a wall). Both sides
-/// come from the same n(x) and need no equation of state. Both start from the pressure that the
-/// field assumes at the [open end](crate::Scene::open_end) (the lid if the field pulls down), which
-/// is compared with the contact density there. They are recorded every few sweeps at the edges of
-/// bands one diameter high.
+/// A run samples an isothermal system in the reduced potential u. For any u its pressure over
+/// temperature at height x is held up by the forces of the effective field, `P_iso(x)` = ∫ₓ n u'
+/// dx' + P(lid)/T(lid). The field is self-consistent if `P_iso` equals W/T, where W(x) is the
+/// pressure from the weight of the column above x (eq. 24 of doi:10.1103/PhysRevE.83.061306, exact
+/// for any n(x), also in the layers at a wall). The ratio `P_iso` T/W is 1 then. Both sides come
+/// from the same n(x), without an equation of state. Both start from the pressure that the field
+/// assumes at the [open end](crate::Scene::open_end) (the lid if the field pulls down); this
+/// pressure is compared with the contact density there. Both are recorded every five sweeps, at the
+/// edges of bands one diameter high.
 ///
-/// The test compares field and density. It does not show that the column is at rest: for that,
-/// start from both sides. It does not resolve what happens within a band: a field passes that is
-/// right on the average over each. Where T changes much within a band, P/n of narrow bins can be
-/// off by more than 10 % in a run that is certified to 2 %.
+/// The test compares field and density. It does not prove that the column is stationary: for that,
+/// compare runs from a dense and a dilute start. It does not resolve heights within a band, but
+/// only averages over each. If T changes much within a band, P/n of narrow bins may be off by more
+/// than 10 % in a run that is converged to 2 %.
 #[derive(Debug, Clone)]
 pub struct ForceBalance {
     base_area: f64,
     open_end: Wall,
-    /// T at the edges of bands that are farther from the open end, and at the open end.
+    /// T at the edge of each band that is farther from the open end.
     temperatures: Vec<f64>,
     end_temperature: f64,
     lowest: f64,
     band_height: f64,
     certifiable: bool,
-    /// Of the field, when production began.
+    /// Measured part of the field at the start of production.
     measured: Option<MeasuredShare>,
-    /// Σ u' and Σ a over the spheres of each band; contact density at the open end and pressure
-    /// assumed there, both times area; height of the center of mass and its square.
+    /// One sample: Σ u' and Σ a over the spheres of each band; contact density at the open end and
+    /// pressure assumed there, both times area; height of the center of mass and its square.
     sample: Vec<f64>,
     averages: BlockAverages,
-    /// Drifts of merged replicas.
     replica_drifts: Vec<Estimate>,
 }
 
 impl ForceBalance {
-    /// Bands are about one diameter high; there are at most so many.
+    /// Largest number of bands; their height is about one diameter.
     const MOST_BANDS: f64 = 4096.0;
-    /// Heights that carry less than this part of the largest weight are not judged.
+    /// Heights with a smaller part of the largest weight are not judged.
     const LEAST_LOAD: f64 = 0.05;
-    /// A drift of more standard errors than this is no accident.
+    /// A drift is significant above this number of standard errors.
     const LARGEST_DRIFT: f64 = 4.0;
-    /// Nor is a deviation above the tolerance of more than these.
+    /// So is a deviation above the tolerance.
     const SIGNIFICANT: f64 = 3.0;
-    /// Fewer tell nothing about a drift.
+    /// Smallest number of configurations from which a drift is judged.
     pub(super) const FEWEST_CONFIGURATIONS: u64 = 64;
-    /// Configurations are recorded after every so many sweeps of production.
+    /// Sweeps of production between two records.
     pub(super) const SWEEPS_BETWEEN_RECORDS: u64 = 5;
-    /// Fewest sweeps of production that can be judged.
+    /// Smallest number of sweeps of production that can be judged.
     pub(crate) const FEWEST_SWEEPS: u64 = Self::FEWEST_CONFIGURATIONS * Self::SWEEPS_BETWEEN_RECORDS;
 
-    /// Nothing yet. `certifiable` is whether the potential does not change with every
-    /// configuration.
+    /// Empty records. `certifiable` is false if the potential changes with every configuration.
     pub(crate) fn new(scene: &AnyScene<'_>, certifiable: bool) -> Self {
         let (lowest, extent) = (scene.slab().lowest_center(), scene.slab().height() - 1.0);
         let bands = extent.round().clamp(1.0, Self::MOST_BANDS);
         let band_height = extent / bands;
-        // At most 4096.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let bands = bands as usize;
         let temperature = |height: f64| scene.temperature().temperature(height);
@@ -95,7 +93,7 @@ impl ForceBalance {
         lowest + (band as f64 + upper) * band_height
     }
 
-    /// Says how much was measured of the field in which production begins.
+    /// Sets the measured part of the field at the start of production.
     pub(crate) fn set_measured_share(&mut self, measured: Option<MeasuredShare>) {
         self.measured = measured;
     }
@@ -104,16 +102,16 @@ impl ForceBalance {
         self.temperatures.len()
     }
 
-    /// Configurations recorded.
+    /// Number of configurations recorded.
     #[must_use]
     pub fn observations(&self) -> u64 {
         self.averages.observations()
     }
 
-    /// Heights, `P_iso` T/W there, and W over the largest W; upwards.
+    /// The ratio `P_iso` T/W and the pressure at the edges of all bands, upwards.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 configurations.
+    /// [`Error::TooFewObservations`] for fewer than 16 configurations.
     pub fn ratios(&self) -> Result<Vec<ForceBalancePoint>, Error> {
         let bands = self.bands();
         let loads = |means: &[f64]| {
@@ -149,19 +147,17 @@ impl ForceBalance {
             .collect())
     }
 
-    /// Second half of the run minus first, of this replica.
+    /// Mean height of the center of mass in the second half minus the first half, of this replica.
     fn own_drift(&self) -> Result<Estimate, Error> {
         let center = 2 * self.bands() + 2;
         let own: Vec<f64> = self.averages.blocks().map(|block| block[center]).collect();
         drift(&own)
     }
 
-    /// After so many configurations nothing is certified.
     fn too_few(configurations: u64) -> Error {
         Self::too_few_sweeps(configurations.saturating_mul(Self::SWEEPS_BETWEEN_RECORDS))
     }
 
-    /// After so many sweeps nothing is certified.
     fn too_few_sweeps(sweeps: u64) -> Error {
         let number = |sweeps: u64| usize::try_from(sweeps).unwrap_or(usize::MAX);
         Error::TooFewObservations {
@@ -171,15 +167,14 @@ impl ForceBalance {
         }
     }
 
-    /// What the run says about the field it was made in.
+    /// Judges whether the effective field is self-consistent and the column stationary.
     ///
-    /// `tolerance` is the largest relative deviation of `P_iso` from W/T that is acceptable, at
-    /// heights that carry at least 5 % of the largest weight.
+    /// `tolerance` is the largest acceptable value of |`P_iso` T/W − 1|, at heights where W is at
+    /// least 5 % of its largest value.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] unless the tolerance lies between 0 and 1;
-    /// [`Error::TooFewObservations`] below 320 sweeps of production, of which one in five is
-    /// recorded.
+    /// [`Error::InvalidParameter`] if the tolerance is not between 0 and 1;
+    /// [`Error::TooFewObservations`] for fewer than 320 sweeps of production.
     pub fn certificate(&self, tolerance: f64) -> Result<Certificate, Error> {
         let tolerance = Error::require_tolerance("tolerance of the balance of forces", tolerance)?;
         if self.observations() < Self::FEWEST_CONFIGURATIONS {
@@ -188,7 +183,6 @@ impl ForceBalance {
         let points = self.ratios()?;
         let judged = points.iter().filter(|point| point.load >= Self::LEAST_LOAD);
         let worst = judged.clone().fold(None, |worst: Option<&ForceBalancePoint>, point| match worst {
-            // A deviation that is not a number is the worst.
             Some(worst) if worst.deviation().mean.abs() >= point.deviation().mean.abs() => Some(worst),
             Some(worst) if worst.deviation().mean.is_nan() => Some(worst),
             _ => Some(point),
@@ -201,7 +195,6 @@ impl ForceBalance {
         let drift = if self.replica_drifts.is_empty() {
             self.own_drift()?
         } else {
-            // Of all replicas, this one among them.
             let mut drifts = self.replica_drifts.clone();
             drifts.extend(self.own_drift().ok());
             let count = drifts.len() as f64;
@@ -250,7 +243,7 @@ impl ForceBalance {
 }
 
 impl Observer for ForceBalance {
-    /// Sees every fifth configuration of production, in the potential that it was made in.
+    /// Samples every fifth configuration of production.
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         if frame.phase() != Phase::Production
             || !(frame.sweep_of_phase() - 1).is_multiple_of(Self::SWEEPS_BETWEEN_RECORDS)
@@ -258,7 +251,7 @@ impl Observer for ForceBalance {
             return Ok(());
         }
         if frame.sweep_of_phase() == 1 {
-            // A potential that was changed has nothing to do with what was seen before.
+            // The potential may have changed, so earlier records are dropped.
             self.averages = BlockAverages::of(self.sample.len());
             self.replica_drifts.clear();
         }
@@ -269,7 +262,6 @@ impl Observer for ForceBalance {
         self.sample.fill(0.0);
         let (forces, weights) = self.sample.split_at_mut(bands);
         frame.for_each_height(|height| {
-            // Heights are inside the slab.
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
             let band = (((height - self.lowest) / self.band_height) as usize).min(bands - 1);
             forces[band] += frame.reduced_force(height);
@@ -303,11 +295,13 @@ impl Merge for ForceBalance {
 pub struct ForceBalancePoint {
     /// Height, in diameters.
     pub height: f64,
-    /// `P_iso` T/W: what the forces hold up, over what weighs on it; 1 if the field is right.
+    /// `P_iso` T/W: pressure held up by the forces of the effective field, over the weight of the
+    /// column; 1 if the field is right.
     pub ratio: Estimate,
-    /// Pressure P = W, in m g/d², from the weight and what the field assumes at the open end.
+    /// Pressure P = W, in m g/d²: the weight per area of the spheres between this height and the
+    /// open end, plus the pressure that the field assumes there.
     pub pressure: f64,
-    /// W over its largest value.
+    /// W over its largest value, from 0 to 1.
     pub load: f64,
 }
 
@@ -318,94 +312,100 @@ impl ForceBalancePoint {
     }
 }
 
-/// Whether a run at a temperature that varies can be trusted; see [`ForceBalance`].
+/// Result of the check whether the effective field of a run is self-consistent; see
+/// [`ForceBalance`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Certificate {
-    /// The verdict.
+    /// Whether the run is converged, and what to do if it is not.
     pub convergence: Convergence,
     /// Height at which the residual is largest, in diameters; NaN in an isothermal scene.
     pub height: f64,
-    /// What was tolerated.
+    /// Tolerance of |`P_iso` T/W − 1|.
     pub tolerance: f64,
-    /// Height of the bands, in diameters: NaN in an isothermal scene.
+    /// Height of the bands, in diameters; NaN in an isothermal scene.
     pub resolution: f64,
-    /// Largest standard error of the ratio at the heights that were judged.
+    /// Largest standard error of `P_iso` T/W at the heights that were judged.
     pub largest_error: f64,
-    /// Pressure on the wall at the open end by the contact density less that which the field
-    /// assumes, over the largest pressure.
+    /// Pressure on the wall at the open end from the contact density, minus the pressure that the
+    /// field assumes there, over the largest pressure.
     pub open_end: Estimate,
-    /// Height of the center of mass, second half of the run minus first, in diameters.
+    /// Mean height of the center of mass in the second half of production minus that in the first
+    /// half, in diameters.
     pub drift: Estimate,
-    /// Number of independent configurations that would know the slowest quantity as well: of a run,
-    /// as [`MixingEvidence::FewIndependent`](crate::MixingEvidence::FewIndependent) has it; of a
-    /// merged record, the center of mass.
+    /// Effective number of independent configurations: of the slowest quantity of a run, as in
+    /// [`MixingEvidence::FewIndependent`](crate::MixingEvidence::FewIndependent); of the center of
+    /// mass in merged records.
     pub effective_sample_size: f64,
-    /// The measured share of the field; the rest is theory. `None` in an isothermal scene, or where
-    /// the scheme does not say. The verdict does not use the theory. Of replicas, the least.
+    /// The measured part of the field; the rest is theory. `None` in an isothermal scene, or if the
+    /// scheme does not report it. Of merged replicas, the smallest part.
     pub measured: Option<MeasuredShare>,
 }
 
-/// The verdict of a [`Certificate`]. The residual is the largest `P_iso` T/W − 1 with its sign.
+/// Whether a run is converged; part of a [`Certificate`]. The residual is the value of `P_iso` T/W
+/// − 1 with the largest magnitude: pressure held up by the forces of the effective field, over the
+/// weight of the column, minus 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Convergence {
-    /// The temperature is the same everywhere, and the column is at rest.
+    /// The scene is isothermal and the column stationary.
     Isothermal,
-    /// Field and density belong to each other within the tolerance, known to half of it (the
-    /// pressure at the open end: to all of it), and the column is at rest.
+    /// The residual is within the tolerance, its standard error below half of it (that of the
+    /// pressure at the open end: below all of it), and the column is stationary.
     #[non_exhaustive]
     Converged {
-        /// Largest deviation.
+        /// `P_iso` T/W − 1 with the largest magnitude.
         residual: Estimate,
     },
-    /// They do not, or it cannot be told.
+    /// The field is not self-consistent within the tolerance, or the run is too short to decide.
     #[non_exhaustive]
     NotConverged {
-        /// Largest deviation.
+        /// `P_iso` T/W − 1 with the largest magnitude.
         residual: Estimate,
-        /// What to do.
+        /// The reason, and what to do.
         suggestion: Suggestion,
     },
 }
 
-/// What to do about a run that is not converged.
+/// Why a run is not converged, and what to do.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Suggestion {
-    /// The center of mass still moves.
+    /// The mean height of the center of mass still changes: equilibrate longer.
     EquilibrateLonger,
-    /// The field is not that of the density which it makes: it was frozen too early.
+    /// The field is not self-consistent, because it was frozen too early: equilibrate longer.
     AdaptLonger,
-    /// The error bars are too large to tell.
+    /// The standard errors are too large to decide: run longer.
     MeasureLonger,
-    /// The run has not mixed: its error bars may be too small.
+    /// The effective number of independent configurations is too small, so standard errors may be
+    /// too small: run longer.
     MixLonger,
-    /// The field changes with every configuration: nothing can be certified.
+    /// The field changes with every configuration, so it is never converged: use another scheme.
     FreezeTheField,
 }
 
 impl fmt::Display for Suggestion {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str(match self {
-            Self::EquilibrateLonger => "the column still moves: equilibrate longer",
+            Self::EquilibrateLonger => "the center of mass still drifts: equilibrate longer",
             Self::AdaptLonger => {
-                "the field is not that of the density it makes: equilibrate longer before it is frozen"
+                "the effective field is not self-consistent: equilibrate longer before production"
             }
-            Self::MeasureLonger => "the errors are too large to tell: measure longer",
-            Self::MixLonger => "not mixed, known as from too few independent configurations: run longer",
+            Self::MeasureLonger => "the standard errors are too large to decide: run longer",
+            Self::MixLonger => "the effective number of independent configurations is too small: run longer",
             Self::FreezeTheField => {
-                "the field follows every configuration, which breaks detailed balance: take a scheme that freezes it"
+                "the field changes with every configuration, which breaks detailed balance: use a scheme that freezes it"
             }
         })
     }
 }
 
 impl Certificate {
-    /// That of a run at one temperature, from the heights of its center of mass: is it at rest?
+    /// Certificate of an isothermal run, from the series of the height of its center of mass:
+    /// whether the column is stationary.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a tolerance that is not positive and finite;
+    /// [`Error::InvalidParameter`] if the tolerance is not between 0 and 1;
     /// [`Error::TooFewObservations`].
     pub(crate) fn isothermal(centers: &[f64], sweeps: u64, tolerance: f64) -> Result<Self, Error> {
         let tolerance = Error::require_tolerance("tolerance of the balance of forces", tolerance)?;
@@ -433,8 +433,7 @@ impl Certificate {
         })
     }
 
-    /// Not converged if the slowest quantity of the run has seen too few independent
-    /// configurations.
+    /// Not converged if the effective number of `independent` configurations is too small.
     pub(crate) fn mixed(mut self, independent: f64) -> Self {
         self.effective_sample_size = self.effective_sample_size.min(independent);
         if self.is_converged() && self.effective_sample_size < FEWEST_INDEPENDENT {
@@ -450,7 +449,7 @@ impl Certificate {
         matches!(self.convergence, Convergence::Converged { .. } | Convergence::Isothermal)
     }
 
-    /// The largest `P_iso` T/W − 1.
+    /// `P_iso` T/W − 1 with the largest magnitude.
     #[must_use]
     pub fn residual(&self) -> Estimate {
         match self.convergence {
@@ -460,7 +459,7 @@ impl Certificate {
     }
 }
 
-/// An estimate in per cent, without the sign and the digits of rounding.
+/// An estimate in per cent; 0 if it is only rounding.
 fn percent(estimate: Estimate) -> String {
     const ROUNDING: f64 = 1e-10;
     let Estimate { mean, standard_error } = estimate;
@@ -470,13 +469,13 @@ fn percent(estimate: Estimate) -> String {
     Estimate::new(100.0 * mean, 100.0 * standard_error).to_string()
 }
 
-/// One line: the verdict with its numbers.
+/// One line: the result with its numbers.
 impl fmt::Display for Certificate {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self { height, tolerance, resolution, drift, effective_sample_size, .. } = self;
         match self.convergence {
             Convergence::Converged { .. } => write!(formatter, "converged")?,
-            Convergence::Isothermal => write!(formatter, "isothermal, at rest")?,
+            Convergence::Isothermal => write!(formatter, "isothermal, stationary")?,
             Convergence::NotConverged { suggestion, .. } => {
                 write!(formatter, "NOT CONVERGED ({suggestion})")?;
             }
@@ -490,8 +489,9 @@ impl fmt::Display for Certificate {
         let percent = percent(self.residual());
         write!(
             formatter,
-            ": forces differ from the weight above by {percent} % at height {height:.1} (tolerance \
-             {:.2} %, in bands {resolution:.1} high), drift of h_c {drift}, effective sample size {effective_sample_size:.0}",
+            ": P_iso T/W - 1 = {percent} % at height {height:.1} (pressure held up by the forces of the effective field, over the \
+            weight of the column, minus 1; tolerance {:.2} %, bands {resolution:.1} high), drift of h_c {drift}, effective sample size \
+            {effective_sample_size:.0}",
             100.0 * tolerance,
         )?;
         self.measured.map_or(Ok(()), |measured| write!(formatter, "; measured part of the field: {measured}"))

@@ -1,4 +1,5 @@
-//! What the feedback measures: numbers and weights in the bins of an effective potential.
+//! The measurement of the feedback: numbers and weights of spheres in the bins of an effective
+//! potential.
 
 use super::effective_potential::{Division, EffectivePotential};
 use super::measured_share::{MeasuredAt, MeasuredShare};
@@ -6,7 +7,7 @@ use crate::equation_of_state::EquationOfState;
 use crate::frame::Frame;
 use crate::{Error, Field, Scene, TemperatureProfile, Wall};
 
-/// Numbers and weights in bins, summed over configurations, and what they say of P/n.
+/// Numbers and weights in bins, summed over configurations, from which P/n is computed.
 #[derive(Debug, Clone)]
 pub(super) struct ColumnAverage {
     division: Division,
@@ -15,15 +16,15 @@ pub(super) struct ColumnAverage {
     counts: Vec<f64>,
     /// Sum of a(x) over the spheres of each bin.
     weights: Vec<f64>,
-    /// Scratch: both of one configuration.
+    /// Scratch memory: both for one configuration.
     sample: Vec<[f64; 2]>,
     open_end: Wall,
-    /// At the open end.
+    /// Contact density at the open end.
     contact: WallContact,
 }
 
 impl ColumnAverage {
-    /// Nothing yet, in the bins of a potential.
+    /// Empty sums in the bins of a potential.
     pub(super) fn new(potential: &EffectivePotential) -> Self {
         let division = potential.division();
         Self {
@@ -48,7 +49,7 @@ impl ColumnAverage {
         self.contact = WallContact::default();
     }
 
-    /// Adds a configuration: all of it, or nothing if a field of a user's own panics.
+    /// Adds a configuration. If a field of the user panics, nothing is added.
     pub(super) fn add(&mut self, frame: &Frame<'_>) {
         let (end, field) = (self.open_end.contact_height(frame.slab()), frame.field());
         let mut contact = self.contact;
@@ -68,11 +69,11 @@ impl ColumnAverage {
         }
     }
 
-    /// Spheres in each bin, summed over configurations, and P A Δx in the same units: their ratio
-    /// is P/n. `end` is the pressure at the open end.
+    /// Number of spheres in each bin, summed over configurations, and P A Δx in the same units;
+    /// their ratio is P/n. `end` is the pressure at the open end.
     ///
-    /// The weight in the middle of a bin is the mean of those at its edges, which makes
-    /// n u' Δx = −Δ(P/T) hold bin by bin.
+    /// The weight in the middle of a bin is the mean of those at its edges, so that n u' Δx =
+    /// −Δ(P/T) holds in each bin.
     pub(super) fn counts_and_pressures(&self, width: f64, base_area: f64, end: f64) -> Vec<[f64; 2]> {
         let mut pressure = end * base_area * self.configurations as f64;
         let mut rows = vec![[0.0; 2]; self.counts.len()];
@@ -82,13 +83,13 @@ impl ColumnAverage {
         };
         match self.open_end {
             Wall::Lid => (0..self.counts.len()).rev().for_each(|bin| pass(bin, self.weights[bin])),
-            // Upwards from the base it rises as weights pull up.
+            // From the base upwards, for a field that pulls up.
             Wall::Base => (0..self.counts.len()).for_each(|bin| pass(bin, -self.weights[bin])),
         }
         rows
     }
 
-    /// Pressure at the open end by the contact theorem, together with that of the theory.
+    /// Pressure at the open end from the contact theorem, averaged with that of the theory.
     pub(super) fn open_end_pressure<F, T: TemperatureProfile>(
         &self,
         scene: &Scene<F, T>,
@@ -108,20 +109,21 @@ impl ColumnAverage {
         (seen * measured + imagined * prior.open_end_pressure) / (seen + imagined)
     }
 
-    /// P/n in each bin for a pressure at the open end, from what was counted and what the theory
-    /// stands for: always finite.
+    /// P/n in each bin for a given pressure at the open end, from the counts and the weighted
+    /// theory: always finite.
     pub(super) fn ratios<F, T>(&self, scene: &Scene<F, T>, width: f64, end: f64, prior: &Prior) -> Vec<f64> {
         let rows = self.counts_and_pressures(width, scene.slab().base_area(), end);
         let both = |(bin, ([count, pressure], ratio)): (usize, ([f64; 2], &f64))| {
             let imagined = width * prior.weight_at(distance_from_wall(scene, width, bin));
             let total = count + imagined;
-            // Where nothing was seen, what the theory says is as good as anything.
+            // Without counts the theory is used.
             if total > 0.0 { (pressure + imagined * ratio) / total } else { *ratio }
         };
         rows.into_iter().zip(&prior.ratios).enumerate().map(both).collect()
     }
 
-    /// How much of [`ratios`](Self::ratios) was measured, where a column has its spheres.
+    /// The part of [`ratios`](Self::ratios) that was measured, averaged over the spheres of the
+    /// column.
     pub(super) fn measured_share<F, T>(
         &self,
         scene: &Scene<F, T>,
@@ -142,33 +144,33 @@ impl ColumnAverage {
     }
 }
 
-/// From the middle of a bin to the nearest wall.
+/// Distance from the middle of a bin to the nearest wall.
 fn distance_from_wall<F, T>(scene: &Scene<F, T>, width: f64, bin: usize) -> f64 {
     let above_base = scene.slab().lowest_center() + (bin as f64 + 0.5) * width;
     above_base.min(scene.slab().height() - above_base)
 }
 
-/// What the theory of a scene says before anything is measured.
+/// The theory of a scene, used before and together with measurements.
 #[derive(Debug, Clone)]
 pub(super) struct Prior {
-    /// P/n = T Z in the middle of each bin; where T jumps in a bin, its mean over the jump.
+    /// P/n = T Z in the middle of each bin; if T jumps in a bin, the mean over the jump.
     pub(super) ratios: Vec<f64>,
     /// Pressure at the open end.
     pub(super) open_end_pressure: f64,
-    /// Counted spheres per diameter of height that it stands for.
+    /// Weight of the theory, in counted spheres per diameter of height.
     pub(super) weight: f64,
-    /// How much of its equation of state the run has measured.
+    /// The part of its equation of state that the run has measured.
     pub(super) measured: f64,
 }
 
 impl Prior {
-    /// In the layers at a wall, which the theory does not know, it stands for less: for this part.
+    /// Factor of the weight in the layers at a wall, which the theory does not describe.
     const WEIGHT_IN_LAYERS: f64 = 0.03;
-    /// A temperature that changes by more of itself within a bin is one that jumps there.
+    /// A larger relative change of the temperature within a bin is treated as a jump.
     const SUDDEN: f64 = 0.1;
 
-    /// Counted spheres per diameter of height that it stands for, at a distance from the nearest
-    /// wall.
+    /// Weight of the theory, in counted spheres per diameter of height, at a distance from the
+    /// nearest wall.
     fn weight_at(&self, distance: f64) -> f64 {
         if distance < MeasuredShare::LAYERED { Self::WEIGHT_IN_LAYERS * self.weight } else { self.weight }
     }
@@ -203,8 +205,8 @@ impl Prior {
     }
 }
 
-/// Mean of P/n with respect to 1/T between two values of it, at one pressure: where T jumps within
-/// a bin, P/n is not what it is in the middle. Nothing where the equation of state has no state.
+/// Mean of P/n over 1/T between two temperatures at one pressure, for a bin in which T jumps.
+/// `None` if the equation of state does not reach this pressure.
 fn mean_over_jump(
     equation_of_state: &impl EquationOfState,
     pressure: f64,
@@ -221,12 +223,11 @@ fn mean_over_jump(
     mean.is_finite().then_some(mean)
 }
 
-/// The density of centers in contact with a wall, extrapolated from the fifth of a diameter next to
-/// it.
+/// The density of centers in contact with a wall, extrapolated from the nearest 0.2 diameters.
 ///
-/// The mean over the spheres of a weight that is orthogonal to z, z² and z³ in that range, z being
-/// the distance from contact: exact for a cubic n(z), within 0.4 % for the steepest that a fluid
-/// has (e^{−8z}).
+/// It is the mean over the spheres of a weight that is orthogonal to z, z² and z³ in this range,
+/// where z is the distance from contact. It is exact for a cubic n(z), and accurate to 0.4 % for
+/// the steepest profile of a fluid, e^{−8z}.
 #[derive(Debug, Clone, Copy, Default)]
 #[cfg_attr(feature = "checkpoint", derive(serde::Serialize, serde::Deserialize))]
 pub(crate) struct WallContact {
@@ -236,14 +237,14 @@ pub(crate) struct WallContact {
 
 impl WallContact {
     const DEPTH: f64 = 0.2;
-    /// How much larger the variance of the extrapolated density is than that of the mean over the
-    /// depth: so many times as many spheres have to be seen for the same error.
+    /// Variance of the extrapolated density over that of the mean density in this range. The same
+    /// error needs this factor more spheres.
     const VARIANCE: f64 = 16.0;
-    /// Of the theory, against that elsewhere: it knows the pressure in a closed box better than the
-    /// density at a height.
+    /// Factor of the weight of the theory for the pressure at the open end, because the theory is
+    /// more accurate for this pressure in a closed box than for the density at a height.
     const THEORY_WEIGHT: f64 = 10.0;
 
-    /// Adds a sphere whose center is `distance` from contact.
+    /// Adds a sphere whose center is at this `distance` from contact.
     #[inline]
     pub(crate) fn add(&mut self, distance: f64) {
         if distance < Self::DEPTH {
@@ -253,12 +254,12 @@ impl WallContact {
         }
     }
 
-    /// The contact density times area and number of configurations.
+    /// The contact density, times area and number of configurations.
     pub(crate) fn density_times_area(&self) -> f64 {
         self.weights
     }
 
-    /// Spheres that it rests on.
+    /// Effective number of spheres for its statistical error.
     fn seen(&self) -> f64 {
         self.seen
     }

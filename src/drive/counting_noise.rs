@@ -1,26 +1,25 @@
-//! What the noise of counts does to an effective field that is made of them
-//! (`docs/seven_per_cent.md`).
+//! Bias of an effective field by the counting noise in its bins (`docs/seven_per_cent.md`).
 
 use crate::equation_of_state::{EquationOfState, FluidSolid, packing_fraction};
 use crate::{Error, Field, HydrostaticProfile, Scene, TemperatureProfile, Warning};
 
-/// Below this deviation of P it does not matter.
+/// A smaller deviation of P is not reported.
 const SMALLEST_DEVIATION: f64 = 1e-3;
 
-/// The bias of P/(nTZ) at the base of the theory profile, for moves that cross bins of this width,
-/// if there is any.
+/// A warning if P/(nTZ) is biased at the base of the theory profile, for moves that cross bins of
+/// this width.
 ///
-/// The gradient term of the field holds P/n. With k spheres in a bin of mean λ, it is over-weighted
-/// by b = ⟨λ/k⟩, where an empty bin counts as an ideal gas, so that P/(nTZ) = 1/(1 − (T/P) ∫ₓ (b −
-/// 1) (P/T) (−T'/T) dx').
+/// The gradient term of the field contains P/n. With k spheres in a bin of mean λ it is too large
+/// by the factor b = ⟨λ/k⟩, where an empty bin counts as an ideal gas. Therefore P/(nTZ) = 1/(1 −
+/// (T/P) ∫ₓ (b − 1) (P/T) (−T'/T) dx').
 ///
 /// # Errors
-/// As [`Scene::hydrostatics`].
+/// Those of [`Scene::hydrostatics`].
 pub(super) fn warning<F: Field, T: TemperatureProfile>(
     scene: &Scene<F, T>,
     bin_width: f64,
 ) -> Result<Option<Warning>, Error> {
-    /// Of the column, with equally many spheres.
+    /// Number of parts of the column, with equal numbers of spheres.
     const PARTS: u32 = 64;
     let theory = scene.hydrostatics(&FluidSolid::default())?;
     let pressure_deviation = deviation(scene, &theory, bin_width, theory.base());
@@ -40,7 +39,7 @@ fn deviation<F, T: TemperatureProfile>(
     bin_width: f64,
     height: f64,
 ) -> f64 {
-    /// Steps of the integral; above the last of them nothing is left.
+    /// Number of steps of the integral over the column above.
     const STEPS: u32 = 2000;
     let step = (theory.top() - height) / f64::from(STEPS);
     let load = |x: f64| theory.pressure(x) / scene.temperature().temperature(x);
@@ -55,12 +54,12 @@ fn deviation<F, T: TemperatureProfile>(
         })
         .sum();
     let part = lost / load(height);
-    // Where the forces hold up nothing, the column runs away.
+    // If the forces hold up nothing, the column has no steady state.
     if part < 1.0 { 1.0 / (1.0 - part) - 1.0 } else { f64::INFINITY }
 }
 
 /// The mean of λ/k over Poisson counts k of mean λ, where an empty bin counts as an ideal gas, 1/Z:
-/// by how much a field that is made of counts over-weights its gradient term
+/// the factor by which the gradient term of a field from counts is too large
 /// (`docs/seven_per_cent.md`).
 ///
 /// ```

@@ -4,17 +4,16 @@ use super::Drive;
 use crate::numerics::integrate_panel;
 use crate::{Error, Field, Scene, TemperatureProfile, Wall};
 
-/// u(x) = φ(x)/T(0) + C(x), with the correction
+/// The reduced potential u(x) = φ(x)/T(0) + C(x) of an effective field, with the correction
 ///
 /// C(x) = ∫₀ˣ a (1/T − 1/T(0)) dx' − ∫ (P/n) d(1/T)
 ///
-/// but for a constant; exact at the edges of bins and linear between them. The bins divide the
-/// heights where centers can be: one that reached below could not tell over what range its spheres
-/// bear the weight. At constant temperature C is zero to the last bit. Between edges u' is off by
-/// at most half the bin width times u''.
+/// up to a constant. C is exact at the edges of bins and linear between them, so u' is off by at
+/// most half the bin width times u''. The bins divide the heights where centers can be. At constant
+/// temperature C is exactly zero.
 ///
-/// As a [`Drive`] it is frozen: detailed balance is exact. An [`Adaptation`](super::Adaptation) may
-/// set it from P/n in every bin.
+/// As a [`Drive`] it is constant, so detailed balance is exact. An
+/// [`Adaptation`](super::Adaptation) may set it from P/n in every bin.
 ///
 /// ```
 /// use gradient_mc::drive::{Drive, EffectivePotential};
@@ -30,7 +29,8 @@ use crate::{Error, Field, Scene, TemperatureProfile, Wall};
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct EffectivePotential {
-    /// T(0); a division as in the isothermal drive, so that equal potentials have equal bits.
+    /// T(0). The potential is divided by it as in the isothermal drive, so that both have equal
+    /// bits.
     reference: f64,
     lowest: f64,
     width: f64,
@@ -39,7 +39,7 @@ pub struct EffectivePotential {
     correction: Vec<f64>,
     /// ∫ a (1/T − 1/T(0)) dx over each bin.
     field_part: Vec<f64>,
-    /// −Δ(1/T) over each bin: what multiplies P/n.
+    /// −Δ(1/T) over each bin: the factor of P/n.
     gradient_part: Vec<f64>,
     open_end: Wall,
     open_end_pressure: f64,
@@ -55,29 +55,28 @@ pub(super) struct Division {
 }
 
 impl Division {
-    /// The bin that holds `height`; the nearest, where no center can be.
+    /// The bin that contains `height`, or the nearest one outside the range of centers.
     #[inline]
     pub(super) fn bin(&self, height: f64) -> usize {
-        // The cast saturates, at both ends.
+        // The cast saturates at both ends.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let bin = ((height - self.lowest) * self.inverse_width) as usize;
         bin.min(self.bins - 1)
     }
 }
 
-/// A bin width, checked.
+/// Checks a bin width.
 pub(super) fn bin_width_of(bin_width: f64) -> Result<f64, Error> {
     Error::require_positive("bin width of the effective field", bin_width)
 }
 
 impl EffectivePotential {
-    /// Bins of about `bin_width` over all heights of centers, and P/n = 0 until it is
-    /// [`set`](Self::set).
+    /// Makes bins of about `bin_width` over all heights of centers, with P/n = 0. Use
+    /// [`set`](Self::set) to set P/n.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a width that is not positive and finite;
-    /// [`Error::InvalidBins`] for too many bins; [`Error::InvalidPotential`] where φ/T(0)
-    /// overflows.
+    /// [`Error::InvalidParameter`] if the width is not positive and finite; [`Error::InvalidBins`]
+    /// for too many bins; [`Error::InvalidPotential`] if φ/T(0) overflows.
     pub fn new<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>, bin_width: f64) -> Result<Self, Error> {
         const MAXIMUM: usize = 1 << 24;
         bin_width_of(bin_width)?;
@@ -121,12 +120,11 @@ impl EffectivePotential {
         })
     }
 
-    /// Sets u from P/n, in m g d, in each bin, where the pressure on the wall at the
-    /// [open end](Scene::open_end), in m g/d², is taken to be `open_end_pressure`.
+    /// Sets u from P/n in each bin, in m g d, and the pressure on the wall at the [open
+    /// end](Scene::open_end), in m g/d².
     ///
     /// # Errors
-    /// [`Error::InvalidPotential`] at the first height where u would not be finite; it stays what
-    /// it was.
+    /// [`Error::InvalidPotential`] if u is not finite at some height; u is unchanged then.
     pub fn set(
         &mut self,
         open_end_pressure: f64,
@@ -136,8 +134,8 @@ impl EffectivePotential {
         let mut correction = Vec::with_capacity(self.correction.len());
         correction.push(0.0);
         for (bin, (field, gradient)) in self.field_part.iter().zip(&self.gradient_part).enumerate() {
-            // No contribution where the temperature is constant, not even a rounding error or 0 times
-            // infinity.
+            // No contribution where the temperature is constant: this avoids rounding errors, and 0
+            // times infinity.
             if *gradient != 0.0 {
                 sum += pressure_over_density(bin) * gradient;
             }
@@ -165,14 +163,14 @@ impl EffectivePotential {
         self.width
     }
 
-    /// Middles of the bins, upwards.
+    /// Middles of the bins in diameters, upwards.
     #[must_use]
     pub fn heights(&self) -> impl ExactSizeIterator<Item = f64> + use<> {
         let Self { lowest, width, .. } = *self;
         (0..self.bins()).map(move |bin| lowest + (bin as f64 + 0.5) * width)
     }
 
-    /// The bin that holds `height`; the nearest, where no center can be.
+    /// The bin that contains `height`, or the nearest one outside the range of centers.
     #[inline]
     #[must_use]
     pub fn bin(&self, height: f64) -> usize {
@@ -184,7 +182,7 @@ impl EffectivePotential {
         self.open_end
     }
 
-    /// How heights are divided into bins.
+    /// The division of heights into bins.
     #[inline]
     pub(super) fn division(&self) -> Division {
         Division { lowest: self.lowest, inverse_width: self.inverse_width, bins: self.correction.len() - 1 }

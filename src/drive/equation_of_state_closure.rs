@@ -1,4 +1,4 @@
-//! The effective field from an equation of state, once and for all.
+//! The effective field from an equation of state.
 
 use super::column_average::Prior;
 use super::effective_potential::bin_width_of;
@@ -6,11 +6,12 @@ use super::{EffectivePotential, Scheme};
 use crate::equation_of_state::{EquationOfState, FluidSolid};
 use crate::{Error, Field, Scene, TemperatureProfile};
 
-/// P/n = T Z(η) at the theory profile [between walls](crate::Hydrostatics::between_walls): u' = a/T
-/// + Z T'/T (eq. 20 of doi:10.1103/PhysRevE.83.061306, divided by T).
+/// Scheme with a constant effective field from an equation of state: P/n = T Z(η) at the theory
+/// profile [between walls](crate::Hydrostatics::between_walls), so u' = a/T + Z T'/T (eq. 20 of
+/// doi:10.1103/PhysRevE.83.061306, divided by T).
 ///
-/// Detailed balance is exact and nothing has to converge, but the equation of state is imposed, not
-/// measured: agreement of P with it says little.
+/// Detailed balance is exact and there is no iteration. But the equation of state is an input, so
+/// agreement of the measured P with it is no test.
 ///
 /// ```
 /// use gradient_mc::drive::{Drive, EquationOfStateClosure, Scheme};
@@ -31,12 +32,12 @@ pub struct EquationOfStateClosure<E> {
 }
 
 impl<E> EquationOfStateClosure<E> {
-    /// A closure by `equation_of_state`, tabulated every 0.1 diameters.
+    /// Makes a closure by `equation_of_state`, with bins of 0.1 diameters.
     pub fn new(equation_of_state: E) -> Self {
         Self { equation_of_state, bin_width: 0.1 }
     }
 
-    /// Spacing of the table, in diameters.
+    /// Sets the bin width of the effective field, in diameters.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] unless positive and finite.
@@ -46,8 +47,7 @@ impl<E> EquationOfStateClosure<E> {
 }
 
 impl Default for EquationOfStateClosure<FluidSolid> {
-    /// The most accurate equation of state here: modified Kolafa-Labík-Malijevský fluid, Speedy
-    /// solid.
+    /// The closure by [`FluidSolid`], the most accurate equation of state of the library.
     fn default() -> Self {
         Self::new(FluidSolid::default())
     }

@@ -1,4 +1,4 @@
-//! The paper's scheme: the effective field of every sweep comes from that sweep's own histogram.
+//! The scheme of the paper: the effective field is computed from the histogram of every sweep.
 
 use super::column_average::ColumnAverage;
 use super::counting_noise;
@@ -9,18 +9,19 @@ use crate::observer::{Observer, ObserverError};
 use crate::scene::AnyScene;
 use crate::{Error, Field, Scene, TemperatureProfile, Warning};
 
-/// The effective field from the histogram of the current configuration, remade every sweep, as in
-/// doi:10.1103/PhysRevE.83.061306. For comparison: **do not use it for results**.
+/// Scheme of doi:10.1103/PhysRevE.83.061306: the effective field is computed after every sweep from
+/// the histogram of the current configuration. It is biased and only for comparison: **do not use
+/// it for results**.
 ///
-/// The rule that accepts a move depends on the configuration through the histogram and is not
-/// corrected for it, so detailed balance does not hold. A bin that holds k spheres of Poisson mean
-/// λ contributes E[1/k] > 1/λ, which over-weights the gradient term by about 1/λ of itself wherever
-/// a move crosses bins: narrow bins and small bases are biased most (`docs/seven_per_cent.md`). An
-/// empty bin takes the ideal-gas value P/n = T. Certificates of such a run always say
-/// [`FreezeTheField`](super::Suggestion::FreezeTheField).
+/// The acceptance depends on the configuration through the histogram, without a correction, so
+/// detailed balance does not hold. A bin with k spheres of Poisson mean λ contributes E[1/k] > 1/λ,
+/// which makes the gradient term too large by a relative amount of about 1/λ if moves cross bins.
+/// The bias is largest for narrow bins and small bases (`docs/seven_per_cent.md`). An empty bin has
+/// the ideal-gas value P/n = T. The certificate of such a run is never converged
+/// ([`FreezeTheField`](super::Suggestion::FreezeTheField)).
 ///
-/// Since balance does not hold, the steady state depends on the moves. A simulation that names none
-/// has the paper's: local moves with S = 0.75. Event chains are refused unless
+/// The steady state therefore depends on the moves. The default moves of this scheme are those of
+/// the paper: local moves with S = 0.75. Other moves are refused unless
 /// [`any_moves`](Self::any_moves) allows them.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Instantaneous {
@@ -29,7 +30,7 @@ pub struct Instantaneous {
 }
 
 impl Instantaneous {
-    /// Bins of the given width, in diameters.
+    /// Makes the scheme with bins of this width, in diameters.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] unless positive and finite.
@@ -37,7 +38,7 @@ impl Instantaneous {
         Ok(Self { bin_width: bin_width_of(bin_width)?, any_moves: false })
     }
 
-    /// Takes event chains too, for studies of how the steady state depends on the moves.
+    /// Allows event chains too, to study how the steady state depends on the moves.
     #[must_use]
     pub fn any_moves(self) -> Self {
         Self { any_moves: true, ..self }
@@ -45,13 +46,13 @@ impl Instantaneous {
 }
 
 impl Default for Instantaneous {
-    /// The paper's bins of 0.1 diameters.
+    /// Bins of 0.1 diameters, as in the paper.
     fn default() -> Self {
         Self { bin_width: 0.1, any_moves: false }
     }
 }
 
-/// Of [`Instantaneous`]: P/n of the last configuration.
+/// The adaptation of [`Instantaneous`]: P/n of the last configuration.
 #[derive(Debug, Clone)]
 pub struct EverySweep {
     histogram: ColumnAverage,
@@ -66,7 +67,7 @@ impl<F: Field, T: TemperatureProfile> Scheme<F, T> for Instantaneous {
         let mut potential = EffectivePotential::new(scene, self.bin_width)?;
         let temperatures: Vec<f64> =
             potential.heights().map(|height| scene.temperature().temperature(height)).collect();
-        // Until the first sweep has been counted.
+        // The potential of the first sweep: the ideal gas.
         potential.set(0.0, |bin| temperatures[bin])?;
         let histogram = ColumnAverage::new(&potential);
         Ok((potential, EverySweep { histogram, temperatures }))
@@ -87,7 +88,7 @@ impl Observer for EverySweep {
 
 impl Adaptation<EffectivePotential> for EverySweep {
     fn adapt(&mut self, potential: &mut EffectivePotential, scene: &AnyScene<'_>) -> Result<(), Error> {
-        // The paper takes the pressure far above to be zero.
+        // As in the paper, the pressure at the top is zero.
         let area = scene.slab().base_area();
         let rows = self.histogram.counts_and_pressures(potential.bin_width(), area, 0.0);
         let temperatures = &self.temperatures;
@@ -107,10 +108,10 @@ impl Adaptation<EffectivePotential> for EverySweep {
 
     /// [`Warning::CountingNoise`].
     fn warnings(&self, potential: &EffectivePotential, scene: &AnyScene<'_>) -> Vec<Warning> {
-        // Without a theory the judgment of the run says so.
+        // Without a theory, `Simulation::warnings` gives `NoTheory`.
         counting_noise::warning(scene, potential.bin_width()).ok().flatten().into_iter().collect()
     }
 }
 
-// Counted anew after every sweep.
+// The histogram is overwritten after every sweep.
 persist!(EverySweep { part histogram });

@@ -1,36 +1,36 @@
-//! The drive: where field and temperature become the one reduced potential that every move reads.
+//! The drive: field and temperature become the reduced potential u(x) that all moves use.
 //!
 //! A move from x to x' is accepted with probability min(1, exp(−[u(x') − u(x)])), u = U/T. Since
-//! every acceptance is a difference of one function of height, detailed balance holds for any drive
-//! that is not changed in between; what a [`Scheme`] guarantees is therefore a statement about
-//! *when* u changes:
+//! the acceptance depends only on differences of one function of height, detailed balance holds for
+//! any u that is constant in time. The schemes differ in how and when u changes:
 //!
-//! | scheme | u is | detailed balance | what it rests on |
+//! | scheme | reduced potential u | detailed balance | requirement |
 //! |---|---|---|---|
-//! | [`Automatic`], T constant | φ(x)/T, in closed form | exact | nothing |
-//! | [`Automatic`], T varies: [`SelfConsistent`] | iterated from collisions and counts while equilibrating, then frozen | exact in production | the equilibration was long enough |
-//! | [`EquationOfStateClosure`] | from the theory profile, once | exact | the equation of state |
-//! | [`AveragedThenFrozen`] | a running average while equilibrating, then frozen | exact in production | the start is forgotten, slowly |
-//! | [`RunningAverage`] | a running average, for ever | asymptotically | the same |
-//! | [`Instantaneous`] | remade every sweep from that sweep's histogram (the 2011 paper) | violated | many spheres in every bin |
+//! | [`Automatic`], T constant | φ(x)/T, in closed form | exact | none |
+//! | [`Automatic`], T varies: [`SelfConsistent`] | iterated from collisions and counts in equilibration, then frozen | exact in production | a long enough equilibration |
+//! | [`EquationOfStateClosure`] | from the theory profile, constant | exact | an accurate equation of state |
+//! | [`AveragedThenFrozen`] | from a running average in equilibration, then frozen | exact in production | a very long equilibration, because the start decays slowly |
+//! | [`RunningAverage`] | from a running average, always | asymptotic | the same |
+//! | [`Instantaneous`] | from the histogram of every sweep (the 2011 paper) | violated | many spheres in every bin |
 //!
-//! Whatever the scheme, [`Simulation::certificate`](crate::Simulation::certificate) says after a
-//! production run whether the field was that of the density that it made.
+//! For all schemes, [`Simulation::certificate`](crate::Simulation::certificate) checks after
+//! production whether the effective field is self-consistent.
 //!
 //! # The effective field
-//! With a temperature that varies, T(x) put straight into the Metropolis rule gives a wrong
-//! profile. The steady state n(x) of dP/dx = −a n, P = n T(x) Z is that of an isothermal system in
-//! an effective field g, whose reduced force is (eqs. 20 and 24 of doi:10.1103/PhysRevE.83.061306,
-//! for any a and T)
+//! If the temperature varies, using T(x) directly in the Metropolis rule gives a wrong profile. The
+//! steady state n(x) of dP/dx = −a n, P = n T(x) Z is that of an isothermal system in an effective
+//! field, whose reduced force is (eqs. 20 and 24 of doi:10.1103/PhysRevE.83.061306, for any a and
+//! T)
 //!
-//! u'(x) = a/T + (P/n) T'/T² = −(1/n) d(P/T)/dx,  P(x) = P(lid) + ∫ₓ a n dx',
+//! u'(x) = a/T + (P/n) T'/T² = −(1/n) d(P/T)/dx,  P(x) = P(lid) + ∫ₓ a n dx'.
 //!
-//! summed from the base, P(x) = P(base) − ∫ a n dx', where the field pulls up
+//! If the field pulls up, P is summed from the base, P(x) = P(base) − ∫ a n dx'
 //! ([`Scene::open_end`]).
 //!
-//! A drive is a potential, and what adapts it is an observer that may change it: nothing else
-//! decides acceptance. To add a scheme, implement [`Scheme`] in a file of its own, with an
-//! [`EffectivePotential`] or a [`Drive`] of its own, and with an [`Adaptation`] if it changes.
+//! A [`Drive`] is a potential, and an [`Adaptation`] is an observer that may change it. Nothing
+//! else decides the acceptance. To add a scheme, implement [`Scheme`] for a type of your own, with
+//! [`EffectivePotential`] or your own [`Drive`], and with an [`Adaptation`] if the potential
+//! changes.
 
 mod adaptation;
 mod automatic;
@@ -61,61 +61,61 @@ use crate::frame::InForce;
 use crate::numerics::differentiate;
 use crate::{Error, Field, Scene, TemperatureProfile};
 
-/// The reduced potential u(x) = U(x)/T of a scene, as a run uses it.
+/// The reduced potential u(x) = U(x)/T of a scene, used by all moves.
 pub trait Drive<F, T>: Send + Sync {
-    /// u at `height`. Only differences matter.
+    /// The reduced potential u at `height`, up to a constant.
     fn reduced_potential(&self, scene: &Scene<F, T>, height: f64) -> f64;
 
-    /// u' at `height`, at which event chains run into the field; the default differentiates
+    /// The reduced force u' = du/dx at `height`, in inverse diameters. Event chains use it as the
+    /// rate of field events. The default differentiates
     /// [`reduced_potential`](Self::reduced_potential).
     fn reduced_force(&self, scene: &Scene<F, T>, height: f64) -> f64 {
         differentiate(|x| self.reduced_potential(scene, x), height, 1e-3)
     }
 
-    /// Number of times that u has changed: what was derived from it can be kept while this is the
-    /// same.
+    /// Number of changes of u so far. Values derived from u stay valid while it is the same.
     #[inline]
     fn generation(&self) -> u64 {
         0
     }
 
     /// Pressure on the wall at the [open end](Scene::open_end) of the column, in m g/d², that u
-    /// assumes; by default none, as under an open sky.
+    /// assumes; by default 0.
     #[inline]
     fn open_end_pressure(&self) -> f64 {
         0.0
     }
 }
 
-/// A way to make the [`Drive`] of a scene, and what adapts it.
+/// A scheme: makes the [`Drive`] of a scene and its [`Adaptation`].
 #[diagnostic::on_unimplemented(
-    message = "`{Self}` is no scheme for a field `{F}` and a temperature profile `{T}`",
+    message = "`{Self}` is not a scheme for a field `{F}` and a temperature profile `{T}`",
     label = "not a scheme for this scene",
-    note = "leave `.scheme()` out, or take one of `gradient_mc::drive`: `SelfConsistent::default()`, say; a scheme of \
-            your own implements `Scheme`"
+    note = "leave `.scheme()` out, or use one of `gradient_mc::drive`, for example `SelfConsistent::default()`; your own \
+    scheme must implement `Scheme`"
 )]
 pub trait Scheme<F, T> {
-    /// The potential.
+    /// The reduced potential.
     type Drive: Drive<F, T>;
-    /// What changes it while a run goes on; `()` if nothing does.
+    /// The type that changes it during a run; `()` if it is constant.
     type Adaptation: Adaptation<Self::Drive>;
 
-    /// Makes both.
+    /// Makes the potential and its adaptation.
     ///
     /// # Errors
     /// Any [`Error`], as documented by the scheme.
     fn drive(self, scene: &Scene<F, T>) -> Result<(Self::Drive, Self::Adaptation), Error>;
 
-    /// Whether the steady state depends on the moves, because balance does not hold; by default
-    /// not. If it does, a simulation that names no moves has the paper's local ones, and event
+    /// Whether the steady state depends on the moves because detailed balance does not hold; by
+    /// default `false`. With `true`, the default moves are the local moves of the paper, and event
     /// chains are refused.
     fn depends_on_moves(&self) -> bool {
         false
     }
 }
 
-/// Logarithm of the Metropolis acceptance of a move between two heights, free of overlaps:
-/// min(0, u(from) − u(to)); NaN where the potential is.
+/// Logarithm of the Metropolis acceptance of a move between two heights without overlaps: min(0,
+/// u(from) − u(to)); NaN if u is NaN.
 ///
 /// ```
 /// use gradient_mc::{Scene, Slab, drive::{Automatic, Scheme, log_acceptance}};
@@ -134,7 +134,7 @@ pub fn log_acceptance<F, T>(drive: &impl Drive<F, T>, scene: &Scene<F, T>, from:
     if gain > 0.0 { 0.0 } else { gain }
 }
 
-/// A scene and its drive: what is simulated.
+/// A scene and its drive.
 #[derive(Debug, Clone)]
 pub(crate) struct Driven<F, T, D> {
     pub(crate) scene: Scene<F, T>,

@@ -1,4 +1,4 @@
-//! The equation of state that the collisions of a run measure, for a closure by it.
+//! The equation of state measured from the collisions of a run, used as a closure.
 
 use super::MeasuredShare;
 use crate::equation_of_state::{Coexistence, EquationOfState, FREEZING, FluidSolid, Series, SpeedySolid};
@@ -6,32 +6,33 @@ use crate::observers::equation_of_state_fit::{Collisions, Means};
 use crate::{Frame, Recorder, Slab};
 use std::ops::Range;
 
-/// Z(η) of the steps of an iteration, from collisions and local paths of event chains.
+/// Z(η) measured in the steps of an iteration, from collisions and local paths of event chains.
 ///
 /// Z = 1 + Σ cₖ ηᵏ/(1 − η)³ is fitted to all heights farther than four diameters from a wall where
-/// the packing fraction is below freezing. Local equilibrium is enough, so it can be measured in
-/// any field and while the column falls. A solid is not measured: it is Speedy's.
+/// the packing fraction is below freezing. Only local equilibrium is needed, so Z can be measured
+/// in any field and before the column is stationary. The solid is not measured; Speedy's equation
+/// is used.
 #[derive(Debug, Clone)]
 pub(super) struct OwnEquation {
     collisions: Collisions,
     bulk: Range<usize>,
     frames: u64,
     sample: Vec<f64>,
-    /// Of the step under way and, with less weight, of those before.
+    /// Sums of the current step and, with less weight, of earlier steps.
     sums: Vec<f64>,
 }
 
 impl OwnEquation {
-    /// Bins on either side over which densities are smoothed.
+    /// Number of bins on either side over which densities are smoothed.
     const SMOOTHING: usize = 8;
-    /// Frames in which a packing fraction is counted.
+    /// Number of frames over which a packing fraction is counted.
     const INTERVAL: u64 = 64;
-    /// From so much of it on it is believed, in diameters: then Z is known to about 1 %.
+    /// Smallest path of chains for a fit, in diameters: Z then has a standard error of about 1 %.
     const LEAST_PATH: f64 = 1e4;
-    /// The part of what was measured so far that the next step keeps.
+    /// Weight of all earlier steps in the next step.
     const KEPT: f64 = 0.5;
 
-    /// Nothing where the slab has no bulk, or is so high that its bins are too many.
+    /// `None` if the slab has no bulk, or if it is so high that there are too many bins.
     pub(super) fn new(slab: &Slab) -> Option<Self> {
         let collisions = Collisions::over(slab, Self::SMOOTHING).ok()?;
         let bulk = collisions.away_from_walls(slab, MeasuredShare::LAYERED);
@@ -47,7 +48,7 @@ impl OwnEquation {
         }
     }
 
-    /// What hears of single moves.
+    /// The recorder of single moves.
     pub(super) fn recorder(&mut self) -> &mut dyn Recorder {
         &mut self.collisions
     }
@@ -60,7 +61,7 @@ impl OwnEquation {
         }
     }
 
-    /// What was measured until now, with so many terms; nothing before there was enough of it.
+    /// The fit to the data so far, with this number of terms; `None` if there are too few data.
     pub(super) fn fit(&mut self, terms: usize) -> Option<Box<dyn EquationOfState>> {
         self.end_interval();
         let means = Means::of(&self.sums);
@@ -70,11 +71,12 @@ impl OwnEquation {
         }
         let series = Series::new(&means.fit(fluid(), terms)?);
         let both = FluidSolid::new(series, SpeedySolid, Coexistence::default());
-        // One that is too dilute to have been seen to freeze.
+        // The pressure of coexistence is not reached by a fit to dilute data; then the fit alone is
+        // used.
         Some(both.map_or_else(|_| Box::new(series) as Box<dyn EquationOfState>, |both| Box::new(both)))
     }
 
-    /// Ends a step.
+    /// Starts the next step.
     pub(super) fn next_step(&mut self) {
         self.end_interval();
         self.sums.iter_mut().for_each(|sum| *sum *= Self::KEPT);

@@ -1,4 +1,4 @@
-//! The effective field from an average over everything seen so far.
+//! The effective field from an average over all configurations so far.
 
 use super::column_average::{ColumnAverage, Prior};
 use super::effective_potential::bin_width_of;
@@ -9,32 +9,33 @@ use crate::observer::{Observer, ObserverError};
 use crate::scene::AnyScene;
 use crate::{Error, Field, Scene, TemperatureProfile, Warning};
 
-/// The effective field from the average of all configurations so far, updated for ever, ever more
-/// slowly.
+/// Scheme with the effective field from the average over all configurations so far, also in
+/// production.
 ///
-/// Detailed balance holds asymptotically: what one more configuration changes falls as one over the
-/// number of those before (diminishing adaptation, Roberts and Rosenthal,
-/// doi:10.1239/jap/1183667414). Counts and weights are averaged, never ratios of single
-/// configurations, so there is no noise bias. But an average of everything never quite forgets its
-/// start: the fixed-point map from density to field has a spectral radius ρ (0.11 to 0.57 for the
-/// paper's β = 0.005 to 0.05), and what is left of the start falls as slowly as the power −(1 − ρ)
-/// of the number of sweeps. For comparison; [`SelfConsistent`](super::SelfConsistent) is better.
+/// Detailed balance holds asymptotically: the change by one more configuration decreases as 1 over
+/// the number of configurations (diminishing adaptation, Roberts and Rosenthal,
+/// doi:10.1239/jap/1183667414). Counts and weights are averaged, not ratios of single
+/// configurations, so there is no bias from counting noise. But the influence of the start decays
+/// slowly, as the power −(1 − ρ) of the number of sweeps, where ρ is the spectral radius of the
+/// fixed-point map from density to field (0.11 to 0.57 for β = 0.005 to 0.05, the range of the
+/// paper). The scheme is for comparison; [`SelfConsistent`](super::SelfConsistent) is better.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RunningAverage {
     bin_width: f64,
 }
 
-/// As [`RunningAverage`] while equilibrating, then frozen: production holds detailed balance
-/// exactly, in a field that remembers the start of the run.
+/// Scheme of [`RunningAverage`] in equilibration, with the field frozen in production. Detailed
+/// balance is exact in production, but the field still depends on the start of the run.
 ///
-/// For comparison: frozen early, it is wrong, and the certificate of the run says so.
+/// It is for comparison. If the field is frozen too early, it is wrong, and the certificate of the
+/// run is not converged.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AveragedThenFrozen {
     bin_width: f64,
 }
 
 impl RunningAverage {
-    /// Bins of the given width, in diameters.
+    /// Makes the scheme with bins of this width, in diameters.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] unless positive and finite.
@@ -44,7 +45,7 @@ impl RunningAverage {
 }
 
 impl AveragedThenFrozen {
-    /// Bins of the given width, in diameters.
+    /// Makes the scheme with bins of this width, in diameters.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] unless positive and finite.
@@ -85,8 +86,8 @@ impl<F: Field, T: TemperatureProfile> Scheme<F, T> for AveragedThenFrozen {
     }
 }
 
-/// Of [`RunningAverage`] and [`AveragedThenFrozen`]: P/n of the average of all configurations, the
-/// theory profile standing for a few.
+/// The adaptation of [`RunningAverage`] and [`AveragedThenFrozen`]: P/n of the average over all
+/// configurations, with a small weight of the theory profile.
 #[derive(Debug, Clone)]
 pub struct Averaging {
     freezes: bool,
@@ -94,14 +95,14 @@ pub struct Averaging {
     average: ColumnAverage,
     measured: MeasuredShare,
     sweeps: u64,
-    /// Of the last sweep.
+    /// Phase of the last sweep.
     phase: Phase,
 }
 
 impl Averaging {
     const SWEEPS_BETWEEN_UPDATES: u64 = 10;
-    /// Of the theory, in counted spheres per diameter of height: enough that bins which are empty
-    /// by chance do no harm.
+    /// Weight of the theory, in counted spheres per diameter of height. It prevents errors from
+    /// bins that are empty by chance.
     const THEORY_WEIGHT: f64 = 1e4;
 
     fn drive<F: Field, T: TemperatureProfile>(
@@ -125,7 +126,7 @@ impl Averaging {
         Ok(())
     }
 
-    /// Whether nothing changes any more.
+    /// Whether the field is frozen.
     fn is_frozen(&self) -> bool {
         self.freezes && self.phase == Phase::Production
     }

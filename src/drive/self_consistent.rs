@@ -1,4 +1,4 @@
-//! The effective field iterated while equilibrating, then frozen for production.
+//! The effective field by iteration in equilibration, frozen in production.
 
 use super::column_average::{ColumnAverage, Prior};
 use super::effective_potential::bin_width_of;
@@ -11,44 +11,44 @@ use crate::scene::AnyScene;
 use crate::statistics::drift;
 use crate::{Error, Field, Scene, TemperatureProfile, Warning};
 
-/// The effective field by iteration: freeze, measure, update, every time twice as long as before;
-/// frozen for good when production starts. The default choice for temperatures that vary.
+/// Scheme with the effective field by iteration, the default if the temperature varies. Each step
+/// of equilibration measures in a constant field and then updates the field. Each step is twice as
+/// long as the one before. The field is frozen when production starts.
 ///
-/// Production holds detailed balance exactly, in the field that was frozen, and
-/// [`Simulation::certificate`](crate::Simulation::certificate) tells, without an equation of state,
-/// whether it was the right one.
+/// Detailed balance is exact in production.
+/// [`Simulation::certificate`](crate::Simulation::certificate) checks, without an equation of
+/// state, whether the field is self-consistent.
 ///
-/// **The bulk by collisions.** The field needs P/n = T Z (eq. 20 of
-/// doi:10.1103/PhysRevE.83.061306). Where event chains pass, their collisions give Z(η) in any
-/// field, right or wrong, even while the column falls, since they need local equilibrium only.
-/// After every step two coefficients of Z = 1 + (c₁ η + c₂ η²)/(1 − η)³ are fitted to what was
-/// measured, the last step counting twice as much as the one before, and hydrostatics between walls
+/// **Bulk: from collisions.** The field needs P/n = T Z (eq. 20 of doi:10.1103/PhysRevE.83.061306).
+/// The collisions of event chains give Z(η) in any field, also before the column is stationary,
+/// because only local equilibrium is needed. After every step two coefficients of Z = 1 + (c₁ η +
+/// c₂ η²)/(1 − η)³ are fitted to the data, where the last step has twice the weight of the one
+/// before. Hydrostatics between walls
 /// ([`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls)) with this Z gives a smooth
-/// P/n. So noise enters through two numbers and not through the bins of a histogram, and whatever
-/// equation of state the iteration [started](Self::new) with is gone after a few steps.
+/// P/n. The noise of the field is therefore that of two numbers, and the equation of state at the
+/// [start](Self::new) of the iteration has no influence after a few steps.
 ///
-/// **The layers by counts.** What a local equation of state does not know, P/n by weight and
-/// numbers does, step by step:
-/// - Within a step the field does not change, so the column relaxes as any isothermal one; the
-///   first quarter of each step is left out.
-/// - Counts and weights are averaged, never ratios of single configurations, so there is no noise
-///   bias of order 1/(spheres per bin and sweep).
-/// - The closure counts as much as 10⁴ spheres per diameter of height
-///   ([`closure_weight`](Self::closure_weight)), and in the layers within four diameters of a wall
-///   as 3 % of that. So the field goes over to the counts as the steps get longer, soon at the
-///   walls, and no bin is ever empty. `docs/physics.md` has the measurement by which the weight was
-///   chosen.
-/// - A step in which the column fell or rose is not counted: a field made of it would hold the
-///   column where it is, by its own weight. It is at rest if its center of mass in the second half
-///   of a step is where it was in the first, within four standard errors.
+/// **Layers at the walls: from counts.** A local equation of state does not describe the layers.
+/// There P/n is measured as the weight of the column over the number of spheres, in steps:
+/// - Within a step the field is constant, so the column relaxes as an isothermal one. The first
+///   quarter of each step is not used.
+/// - Counts and weights are averaged, not ratios of single configurations, so there is no bias from
+///   counting noise.
+/// - The closure by Z has the weight of 10⁴ counted spheres per diameter of height
+///   ([`closure_weight`](Self::closure_weight)), and 3 % of this weight in the layers within four
+///   diameters of a wall. As the steps get longer, the counts dominate, first at the walls.
+///   `docs/physics.md` explains the choice of the weight.
+/// - Counts of a step are used only if the column was stationary, because a field from other counts
+///   would hold the column at its present height. It was stationary if the mean height of its
+///   center of mass is equal in both halves of the step, within four standard errors.
 /// - The pressure on the wall at the [open end](Scene::open_end) is the contact density there times
-///   T, together with that of the closure, which has ten times the weight there: in a closed box
-///   10⁴ sweeps of 500 spheres know a contact density to some 4 %.
+///   T, averaged with that of the closure. The closure has ten times its usual weight here, because
+///   10⁴ sweeps of 500 spheres in a closed box give the contact density only to about 4 %.
 ///
-/// Local moves alone have no collisions: then the closure stays that of the equation of state at
-/// the start. [`measured_share`](super::Adaptation::measured_share), certificates and warnings say
-/// how much was measured. The same goes for crystals, of which Z is Speedy's, once the fluid was
-/// measured.
+/// With local moves alone there are no collisions, and the closure keeps the equation of state of
+/// the start. For crystals, Z is that of Speedy's equation, which is not measured.
+/// [`measured_share`](super::Adaptation::measured_share), certificates and warnings report the part
+/// of the field that was measured.
 ///
 /// ```
 /// use gradient_mc::drive::{Adaptation, SelfConsistent};
@@ -56,7 +56,7 @@ use crate::{Error, Field, Scene, TemperatureProfile, Warning};
 /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::ExponentialTemperature};
 /// let temperature = ExponentialTemperature::new(5.0, 0.02)?;
 /// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 360, UniformField::default(), temperature)?;
-/// // Z = 1 to start with: nothing is known.
+/// // The iteration starts with the ideal gas, Z = 1.
 /// let mut simulation = Simulation::builder(scene).scheme(SelfConsistent::new(IdealGas)).build()?;
 /// simulation.equilibrate(1000, &mut ())?;
 /// assert!(simulation.adaptation().measured_share().is_some_and(|share| share.bulk > 0.9));
@@ -70,20 +70,21 @@ pub struct SelfConsistent<E = FluidSolid> {
 }
 
 impl Default for SelfConsistent {
-    /// A start at the field of the most accurate equation of state here.
+    /// The iteration started with [`FluidSolid`], the most accurate equation of state of the
+    /// library.
     fn default() -> Self {
         Self::new(FluidSolid::default())
     }
 }
 
 impl<E> SelfConsistent<E> {
-    /// A start at the field of an equation of state, bins of 0.1 diameters, and a closure that
-    /// counts as much as 10⁴ spheres per diameter.
+    /// Makes the scheme with this equation of state at the start, bins of 0.1 diameters, and a
+    /// weight of the closure of 10⁴ spheres per diameter.
     pub fn new(equation_of_state: E) -> Self {
         Self { equation_of_state, bin_width: 0.1, closure_weight: 1e4 }
     }
 
-    /// Bins of the given width, in diameters.
+    /// Sets the bin width, in diameters.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] unless positive and finite.
@@ -91,7 +92,7 @@ impl<E> SelfConsistent<E> {
         Ok(Self { bin_width: bin_width_of(bin_width)?, ..self })
     }
 
-    /// How many counted spheres per diameter of height the closure stands for; see the type.
+    /// Sets the weight of the closure, in counted spheres per diameter of height; see the type.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] unless positive and finite.
@@ -101,22 +102,22 @@ impl<E> SelfConsistent<E> {
     }
 }
 
-/// Of [`SelfConsistent`]: P/n of the last step of the iteration.
+/// The adaptation of [`SelfConsistent`]: P/n of the last step of the iteration.
 #[derive(Debug, Clone)]
 pub struct Iteration {
     prior: Prior,
     own: Option<OwnEquation>,
     open_end_pressure: f64,
-    /// Of what the contact density says, the part by which the pressure at the open end follows it
-    /// in a step.
+    /// Fraction of the difference to the contact density by which the pressure at the open end is
+    /// corrected in a step.
     end_gain: f64,
     measured: MeasuredShare,
     steps: u32,
-    /// What the step under way has measured.
+    /// Counts and weights of the current step.
     average: ColumnAverage,
-    /// The last step in which the column was at rest.
+    /// Counts and weights of the last step in which the column was stationary.
     at_rest: ColumnAverage,
-    /// Heights of the center of mass in the step under way.
+    /// Heights of the center of mass in the current step.
     centers: Vec<f64>,
     sweeps: u64,
     step: [u64; 2],
@@ -135,8 +136,8 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Scheme<F, T> for SelfC
         let temperature = |height: f64| scene.temperature().temperature(height);
         let mean_inverse = potential.heights().map(|height| 1.0 / temperature(height)).sum::<f64>()
             / potential.bins() as f64;
-        // In a weightless box the contact density overreacts to a wrong pressure by this factor
-        // (`docs/physics.md`).
+        // In a box without a field the contact density changes more than a wrong pressure, by this
+        // factor (`docs/physics.md`).
         let response = temperature(scene.open_end().contact_height(scene.slab())) * mean_inverse;
         let iteration = Iteration {
             open_end_pressure: prior.open_end_pressure,
@@ -159,34 +160,33 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Scheme<F, T> for SelfC
 impl Iteration {
     /// Sweeps of the first step.
     const FIRST_STEP: u64 = 64;
-    /// A step is judged by at most so many heights of the center of mass.
+    /// Largest number of heights of the center of mass by which a step is judged.
     const MOST_CENTERS: u64 = 256;
-    /// Successive configurations are alike, and to count them takes time.
+    /// Sweeps between two counts of the column; successive configurations are strongly correlated.
     const SWEEPS_BETWEEN_LOOKS: u64 = 4;
-    /// For the packing fractions that collisions are compared at.
+    /// Sweeps between two counts for the packing fractions of collisions.
     const SWEEPS_BETWEEN_COUNTS: u64 = 2;
 
-    /// Steps made so far.
+    /// Number of steps so far.
     #[must_use]
     pub fn steps(&self) -> u32 {
         self.steps
     }
 
-    /// Whether the center of mass stood still within the errors of the step; false where it is too
-    /// short to tell.
+    /// Whether the column was stationary in the step, within its standard errors; false if the step
+    /// is too short to decide.
     fn stood_still(&self) -> bool {
-        /// A drift of more standard errors than this is no accident.
+        /// A drift is significant above this number of standard errors.
         const LARGEST_DRIFT: f64 = 4.0;
         drift(&self.centers).is_ok_and(|drift| drift.deviation_from(0.0).abs() <= LARGEST_DRIFT)
     }
 
-    /// Ends a step: the closure becomes that by the equation of state that was measured, and if the
-    /// column was at rest, the field goes over to what was counted. Nothing changes on an
-    /// error.
+    /// Ends a step: updates the closure to the measured equation of state and, if the column was
+    /// stationary, the field to the counts. Nothing changes on an error.
     fn update(&mut self, potential: &mut EffectivePotential, scene: &AnyScene<'_>) -> Result<(), Error> {
         let at_rest = self.stood_still();
         let Self { own, prior, .. } = self;
-        // An equation of state that finds no profile has too many terms for what was measured.
+        // If a fit with two terms gives no profile, one term is used.
         let closure = [2, 1].into_iter().find_map(|terms| {
             let equation = own.as_mut()?.fit(terms)?;
             let closure = Prior::new(scene, potential, &equation, prior.weight).ok()?;
@@ -220,13 +220,12 @@ impl Iteration {
         }
     }
 
-    /// Whether collisions of this sweep count: wherever there is local equilibrium, as soon as the
-    /// start is forgotten.
+    /// Whether collisions of this sweep are used: after the start has relaxed locally.
     fn listens(&self, sweep: u64) -> bool {
         self.steps > 0 || self.is_relaxed(sweep)
     }
 
-    /// Whether so many sweeps are beyond the first quarter of the step under way.
+    /// Whether the sweep is after the first quarter of the current step.
     fn is_relaxed(&self, sweeps: u64) -> bool {
         let [begin, end] = self.step;
         4 * (sweeps - begin) > end - begin
@@ -240,9 +239,9 @@ impl Observer for Iteration {
             let sweeps = self.sweeps + 1;
             let [begin, end] = self.step;
             let relaxed = self.is_relaxed(sweeps);
-            // As many centers of mass for a long step as for a short one.
+            // The same number of centers of mass for all lengths of a step.
             let interval = ((end - begin) / Self::MOST_CENTERS).max(1);
-            // First what asks a field of a user's own.
+            // First the part that calls the field of the user, which may panic.
             if relaxed && sweeps.is_multiple_of(Self::SWEEPS_BETWEEN_LOOKS) {
                 self.average.add(frame);
             }
@@ -260,7 +259,7 @@ impl Observer for Iteration {
         Ok(())
     }
 
-    /// Collisions, while equilibrating.
+    /// Collisions, in equilibration.
     fn recorder(&mut self) -> Option<&mut dyn Recorder> {
         let listens = self.adapting && self.listens(self.sweeps + 1);
         self.own.as_mut().filter(|_| listens).map(OwnEquation::recorder)
@@ -275,7 +274,7 @@ impl Adaptation<EffectivePotential> for Iteration {
         }
         let updated = self.update(potential, scene);
         if updated.is_err() {
-            // The field in force stays, and the next step begins.
+            // The field stays, and the next step begins.
             self.clear();
         }
         self.step = [end, 2 * end];
@@ -287,20 +286,20 @@ impl Adaptation<EffectivePotential> for Iteration {
         potential: &mut EffectivePotential,
         scene: &AnyScene<'_>,
     ) -> Result<(), Error> {
-        // A step that was hardly begun knows less than the one in force.
+        // A step that has just begun has fewer data than the current field.
         if self.average.configurations() > 0
             && 2 * self.average.configurations() >= self.at_rest.configurations()
         {
             self.update(potential, scene)?;
         }
         self.adapting = false;
-        // A later equilibration starts anew from the field that there is.
+        // A later equilibration starts a new iteration from the current field.
         self.clear();
         self.step = [self.sweeps, self.sweeps + self.step[0].max(Self::FIRST_STEP)];
         Ok(())
     }
 
-    /// Before the first step at rest, none.
+    /// [`MeasuredShare::NONE`] before the first stationary step.
     fn measured_share(&self) -> Option<MeasuredShare> {
         Some(self.measured)
     }

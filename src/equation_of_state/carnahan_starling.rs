@@ -2,10 +2,11 @@
 
 use super::EquationOfState;
 
-/// Z = (1 + η + η² − η³)/(1 − η)³, the equation of the paper (its eq. 5).
+/// Carnahan and Starling's equation of the fluid, Z = (1 + η + η² − η³)/(1 − η)³, used in the paper
+/// (its eq. 5).
 ///
-/// Within 0.29 % of simulation up to freezing, where its domain ends. N. F. Carnahan and
-/// K. E. Starling, J. Chem. Phys. 51, 635 (1969), doi:10.1063/1.1672048.
+/// It agrees with simulations within 0.29 % up to freezing, where its domain ends. N. F. Carnahan
+/// and K. E. Starling, J. Chem. Phys. 51, 635 (1969), doi:10.1063/1.1672048.
 ///
 /// ```
 /// use gradient_mc::equation_of_state::{CarnahanStarling, EquationOfState};

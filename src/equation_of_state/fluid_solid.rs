@@ -3,7 +3,7 @@
 use super::{Domain, EquationOfState, FREEZING, MELTING, ModifiedKolafa, SpeedySolid};
 use crate::Error;
 
-/// Where fluid and solid coexist.
+/// The state at which fluid and solid coexist.
 ///
 /// The default is that of hard spheres: P/T = 11.5727(10), from simulations of up to 2916 spheres
 /// extrapolated to infinitely many, where the fluid has 0.4918 and the solid 0.5434. L. A.
@@ -15,7 +15,7 @@ pub struct Coexistence {
     pub fluid: f64,
     /// Packing fraction of the solid.
     pub solid: f64,
-    /// P/T of both, in inverse cubic diameters.
+    /// P/T of both phases, in inverse cubic diameters.
     pub reduced_pressure: f64,
 }
 
@@ -25,17 +25,19 @@ impl Default for Coexistence {
     }
 }
 
-/// A fluid below the transition, a solid above, and the two side by side in between.
+/// An equation of state of the fluid below the transition, of the solid above it, and of both
+/// phases in coexistence between.
 ///
-/// No fluid equation and no solid equation give exactly the same pressure at the two packing
-/// fractions of a [`Coexistence`]. The pressure decides: each branch is cut where it reaches it,
-/// and the packing fractions given only start the two searches. [`coexistence`](Self::coexistence)
-/// tells where the cuts came to lie. Between them P/T is constant, so Z falls as 1/η, and
+/// The pressures of a fluid and a solid equation at the two packing fractions of a [`Coexistence`]
+/// are never exactly equal. Therefore the pressure defines the transition: each equation is used up
+/// to the packing fraction at which it reaches this pressure, and the given packing fractions only
+/// start the two searches. [`coexistence`](Self::coexistence) returns the packing fractions found.
+/// Between them P/T is constant, so Z decreases as 1/η.
 /// [`packing_fraction_at`](EquationOfState::packing_fraction_at) jumps at the pressure of
-/// coexistence, where it gives the fluid. A column therefore has a sharp front.
+/// coexistence, where it returns the fluid, and a column has a sharp front.
 ///
-/// The chemical potential is continuous, as coexistence demands: the fluid's is taken over by the
-/// solid at the transition, whose own constant is not used.
+/// The chemical potential is continuous: that of the solid is shifted to the value of the fluid at
+/// the transition, so the integration constant of the solid equation is not used.
 ///
 /// ```
 /// use gradient_mc::equation_of_state::{Coexistence, EquationOfState, FluidSolid, ModifiedKolafa, SpeedySolid};
@@ -52,10 +54,10 @@ pub struct FluidSolid<F = ModifiedKolafa, S = SpeedySolid> {
 }
 
 impl Default for FluidSolid {
-    /// Hard spheres as well as they are known here: the modified Kolafa-Labík-Malijevský fluid and
+    /// The most accurate equation of the library: the modified Kolafa-Labík-Malijevský fluid and
     /// Speedy's solid, joined at P/T = 11.5727.
     fn default() -> Self {
-        // What `new` finds, to the last bit, as a test checks; for these two it cannot fail.
+        // The values that `new` finds, with the same bits; a test checks this.
         let cuts = Coexistence {
             fluid: 0.491_833_794_350_635_07,
             solid: 0.543_372_812_198_733,
@@ -69,8 +71,8 @@ impl<F: EquationOfState, S: EquationOfState> FluidSolid<F, S> {
     /// Joins the two at the pressure of `coexistence`.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] if one of them does not reach that pressure, or the solid would
-    /// be no denser than the fluid.
+    /// [`Error::InvalidParameter`] if one of them does not reach this pressure, or the solid is not
+    /// denser than the fluid.
     pub fn new(fluid: F, solid: S, coexistence: Coexistence) -> Result<Self, Error> {
         let pressure = Error::require_positive("P/T of coexistence", coexistence.reduced_pressure)?;
         let invalid = |requirement| Error::InvalidParameter {
@@ -91,15 +93,15 @@ impl<F: EquationOfState, S: EquationOfState> FluidSolid<F, S> {
         Ok(Self { fluid, solid, cuts })
     }
 
-    /// Joins the two where their chemical potentials agree, so that pressure and chemical potential
-    /// are those of both phases: thermodynamic integration of two equations of state.
+    /// Joins the two at the pressure at which their chemical potentials are equal.
     ///
-    /// The solid's integration constant counts here. With that of [`SpeedySolid`] the transition is
-    /// at P/T = 11.571 for [`ModifiedKolafa`] and 11.572 for [`HansenGoos`](super::HansenGoos),
-    /// where simulations of coexistence have 11.5727(10).
+    /// Here the integration constant of the solid is used. With that of [`SpeedySolid`] the
+    /// transition is at P/T = 11.571 for [`ModifiedKolafa`] and 11.572 for
+    /// [`HansenGoos`](super::HansenGoos), while simulations of coexistence give 11.5727(10).
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] if they do not agree at any P/T between 11 and 13.
+    /// [`Error::InvalidParameter`] if the chemical potentials are not equal at any P/T between 11
+    /// and 13.
     ///
     /// ```
     /// use gradient_mc::equation_of_state::{FluidSolid, HansenGoos, SpeedySolid};
@@ -109,7 +111,7 @@ impl<F: EquationOfState, S: EquationOfState> FluidSolid<F, S> {
     /// ```
     pub fn in_equilibrium(fluid: F, solid: S) -> Result<Self, Error> {
         let (mut low, mut high) = (11.0, 13.0);
-        // ln n and the excess part, solid minus fluid; falls as the pressure rises.
+        // Chemical potential of the solid minus that of the fluid; it decreases with pressure.
         let difference = |reduced_pressure: f64| {
             let liquid = fluid.packing_fraction_at(reduced_pressure, Some(FREEZING))?;
             let crystal = solid.packing_fraction_at(reduced_pressure, Some(MELTING))?;
@@ -136,8 +138,8 @@ impl<F: EquationOfState, S: EquationOfState> FluidSolid<F, S> {
         )
     }
 
-    /// The transition as these two equations have it: the pressure given, and the packing fractions
-    /// at which each reaches it.
+    /// The transition of these two equations: the pressure, and the packing fractions at which they
+    /// reach it.
     #[must_use]
     pub fn coexistence(&self) -> Coexistence {
         self.cuts
@@ -167,7 +169,7 @@ impl<F: EquationOfState, S: EquationOfState> EquationOfState for FluidSolid<F, S
         if packing_fraction <= self.cuts.fluid {
             return self.fluid.excess_chemical_potential(packing_fraction);
         }
-        // ln η plus this is the same on both sides of the transition and all along it.
+        // ln η plus this value is constant from one side of the transition to the other.
         let mixed = packing_fraction.min(self.cuts.solid);
         let along =
             self.fluid.excess_chemical_potential(self.cuts.fluid) + libm::log(self.cuts.fluid / mixed);
@@ -177,7 +179,7 @@ impl<F: EquationOfState, S: EquationOfState> EquationOfState for FluidSolid<F, S
         along + self.solid.excess_chemical_potential(packing_fraction)
             - self.solid.excess_chemical_potential(self.cuts.solid)
     }
-    /// From the fluid's lower end to the solid's upper end.
+    /// From the lower end of the fluid to the upper end of the solid.
     fn domain(&self) -> Domain {
         Domain { lowest: self.fluid.domain().lowest, highest: self.solid.domain().highest }
     }

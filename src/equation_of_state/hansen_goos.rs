@@ -9,11 +9,10 @@ const TERMS: [f64; 8] = [9.0, -19.0, 47.0 / 3.0, -2.635_232, -1.265_575, 0.041_2
 
 /// The equation of Hansen-Goos: Z = 8 ln(1 − η)/η + Σ bᵢ ηⁱ/(1 − η)³, eight terms.
 ///
-/// It is made from the virial coefficients to the eleventh and from simulations, by another route
-/// than [`ModifiedKolafa`](super::ModifiedKolafa), and gives a second opinion: the two differ by
-/// less than 3·10⁻⁵ in Z up to η = 0.3, by less than 7·10⁻⁵ up to 0.47 and by 1.5·10⁻⁴ at freezing,
-/// where its domain ends. H. Hansen-Goos, J. Chem. Phys. 144, 164506 (2016),
-/// doi:10.1063/1.4947534.
+/// It is based on the virial coefficients up to the eleventh and on simulations, independently of
+/// [`ModifiedKolafa`](super::ModifiedKolafa). The two differ by less than 3·10⁻⁵ in Z up to η =
+/// 0.3, by less than 7·10⁻⁵ up to 0.47 and by 1.5·10⁻⁴ at freezing, where its domain ends. H.
+/// Hansen-Goos, J. Chem. Phys. 144, 164506 (2016), doi:10.1063/1.4947534.
 ///
 /// ```
 /// use gradient_mc::equation_of_state::{EquationOfState, HansenGoos, ModifiedKolafa};

@@ -2,10 +2,10 @@
 
 use super::{Domain, EquationOfState};
 
-/// Points: Z = 1 at every density, the limit of a dilute column.
+/// The ideal gas: Z = 1 at every density, the limit of a dilute column.
 ///
-/// It describes points exactly, so its domain has no end; for spheres of diameter 1 it is 1 % low
-/// at η = 0.0025 already.
+/// It is exact for point particles, so its domain has no end. For hard spheres it is too low by 1 %
+/// at η = 0.0025.
 ///
 /// ```
 /// use gradient_mc::equation_of_state::{EquationOfState, IdealGas};

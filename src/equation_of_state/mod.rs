@@ -1,18 +1,17 @@
-//! Equations of state of hard spheres: Z(η) = P/(nT).
+//! Equations of state of hard spheres: Z(η) = P/(nT). To add one, implement [`EquationOfState`] for
+//! a type of your own (one method).
 //!
-//! To add one, implement [`EquationOfState`] for a type of your own: one method.
-//!
-//! | equation | of | trusted for η | error there |
+//! | equation | phase | valid for η | error in Z |
 //! |---|---|---|---|
-//! | [`IdealGas`] | points | any | none for points; 1 % for spheres at η = 0.0025 |
+//! | [`IdealGas`] | point particles | any | 1 % for spheres at η = 0.0025 |
 //! | [`CarnahanStarling`] | fluid | to freezing | 0.3 % |
-//! | [`ModifiedKolafa`] | fluid | to freezing | the smallest of these |
+//! | [`ModifiedKolafa`] | fluid | to freezing | smallest of these |
 //! | [`HansenGoos`] | fluid | to freezing | within 0.015 % of the modified Kolafa |
 //! | [`PercusYevickCompressibility`] | fluid | to freezing | +7 % at freezing |
 //! | [`PercusYevickVirial`] | fluid | to freezing | −15 % at freezing |
 //! | [`VirialSeries`] | fluid | to 0.4 | −0.4 % at 0.4 (all ten terms) |
-//! | [`SpeedySolid`] | fcc crystal | from 0.52 | meets P/T = 11.57 at melting |
-//! | [`FluidSolid`] | both | of its parts | of its parts |
+//! | [`SpeedySolid`] | fcc crystal | from 0.52 | P/T = 11.57 at melting |
+//! | [`FluidSolid`] | both | that of its parts | that of its parts |
 
 mod carnahan_starling;
 mod fluid_solid;
@@ -60,9 +59,9 @@ pub fn packing_fraction(number_density: f64) -> f64 {
     number_density * (PI / 6.0)
 }
 
-/// The packing fractions over which an equation of state is trusted, ends included.
+/// The range of packing fractions in which an equation of state is valid, ends included.
 ///
-/// An equation goes on giving numbers outside; what uses it says so (see
+/// An equation can be evaluated outside its domain; a theory profile that does so reports it (see
 /// [`HydrostaticProfile::domain_exit`](crate::hydrostatics::HydrostaticProfile::domain_exit)).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Domain {
@@ -72,12 +71,12 @@ pub struct Domain {
     pub highest: f64,
 }
 
-/// The side on which a packing fraction lies outside a [`Domain`].
+/// The side on which a packing fraction is outside a [`Domain`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum DomainSide {
-    /// Too dilute.
+    /// Below the domain: too dilute.
     Below,
-    /// Too dense.
+    /// Above the domain: too dense.
     Above,
 }
 
@@ -106,10 +105,10 @@ impl Domain {
     }
 }
 
-/// Pressure of hard spheres as a function of packing fraction, through Z(η) = P/(nT).
+/// An equation of state of hard spheres: the compressibility factor Z(η) = P/(nT).
 ///
-/// Only [`compressibility_factor`](Self::compressibility_factor) is required. Derivative, chemical
-/// potential and inverse then come numerically, at several calls each.
+/// Only [`compressibility_factor`](Self::compressibility_factor) is required. The defaults compute
+/// derivative, chemical potential and inverse numerically, with several calls each.
 ///
 /// ```
 /// use gradient_mc::EquationOfState;
@@ -127,8 +126,8 @@ impl Domain {
 /// assert!((packing_fraction.unwrap() - 0.1).abs() < 1e-14);
 /// ```
 ///
-/// It is `Send` and `Sync`, as a [`Field`](crate::Field) is; its `&`, `Box` and `Arc` are equations
-/// of state too.
+/// It is `Send` and `Sync`, because threads share it. `&`, `Box` and `Arc` of an equation of state
+/// are equations of state too.
 pub trait EquationOfState: Send + Sync {
     /// Compressibility factor Z(η), for `packing_fraction` ≥ 0.
     fn compressibility_factor(&self, packing_fraction: f64) -> f64;
@@ -160,7 +159,7 @@ pub trait EquationOfState: Send + Sync {
         self.compressibility_factor(packing_fraction) - 1.0 + integral
     }
 
-    /// Where the equation is trusted; by default the stable fluid, [`Domain::FLUID`].
+    /// The range in which the equation is valid; by default the stable fluid, [`Domain::FLUID`].
     fn domain(&self) -> Domain {
         Domain::FLUID
     }
@@ -168,22 +167,22 @@ pub trait EquationOfState: Send + Sync {
     /// The packing fraction at which P/T = nZ equals `reduced_pressure` (in inverse cubic
     /// diameters); `None` if there is none.
     ///
-    /// The answer is the one reached from the lower end of the [`domain`](Self::domain) while the
-    /// pressure rises: states behind a maximum of the pressure are unstable and not considered, and
-    /// neither is anything below a domain that starts above zero. The upper end does not bind. A
-    /// `guess` saves time when it is close, and must lie on that branch.
+    /// The search starts at the lower end of the [`domain`](Self::domain) and follows the branch on
+    /// which the pressure rises. States beyond a maximum of the pressure are unstable and never
+    /// returned. The upper end of the domain is not a limit. A close `guess` saves time; it must be
+    /// on this branch.
     fn packing_fraction_at(&self, reduced_pressure: f64, guess: Option<f64>) -> Option<f64> {
         invert(self, reduced_pressure, guess)
     }
 }
 
-/// Newton's iteration for ln(ηZ) = ln(πp/6) in ln η, inside a bracket that is found on the way.
+/// Newton's iteration for ln(ηZ) = ln(πp/6) in ln η, with a bracket that is updated in every step.
 fn invert<E: EquationOfState + ?Sized>(
     equation: &E,
     reduced_pressure: f64,
     guess: Option<f64>,
 ) -> Option<f64> {
-    /// Longest step in ln η while nothing bounds it, so that a pole of Z is not jumped over.
+    /// Longest step in ln η without an upper bound; it prevents a step across a pole of Z.
     const LONGEST_STEP: f64 = 0.2;
     let target = FRAC_PI_6 * reduced_pressure;
     if target == 0.0 {
@@ -193,8 +192,8 @@ fn invert<E: EquationOfState + ?Sized>(
         return None;
     }
     let lowest = equation.domain().lowest;
-    // Without a guess start low: ηZ grows faster than any power near close packing, and from below
-    // nothing but the branch that is wanted can be met.
+    // Without a guess start at a low density, because the search from below stays on the stable
+    // branch.
     let mut eta = guess
         .filter(|eta| eta.is_finite() && *eta > 0.0)
         .unwrap_or_else(|| if lowest > 0.0 { lowest } else { target.min(0.2) })
@@ -218,7 +217,7 @@ fn invert<E: EquationOfState + ?Sized>(
             low = eta;
         }
         if high <= low * (1.0 + 1e-15) {
-            // The bracket has closed on a maximum of the pressure, or on the end of the domain.
+            // The bracket has contracted to a maximum of the pressure, or to the end of the domain.
             break;
         }
         let middle = if low > 0.0 { (low * high).sqrt() } else { 0.5 * high };
@@ -231,7 +230,7 @@ fn invert<E: EquationOfState + ?Sized>(
             middle
         };
         if eta <= low || eta >= high {
-            // No number is left between the two: a root only if the pressure crosses here.
+            // There is no number between the two. It is a root only if the pressure crosses here.
             return (at_high_is_stable && low > lowest).then_some(high);
         }
     }

@@ -20,12 +20,12 @@ const TERMS: [(usize, f64); 11] = [
 const DEGREE: usize = 22;
 
 /// The modified equation of Kolafa, Labík and Malijevský: a polynomial in η/(1 − η), the most
-/// accurate fluid equation here.
+/// accurate fluid equation of the library.
 ///
-/// Fitted to simulations, the metastable fluid to η = 0.52 included; its
-/// domain ends at freezing because a crystal is the stable state beyond. The pressure has a maximum
-/// at η = 0.571 (P/T = 22.1), above which it cannot be inverted. S. Pieprzyk, M. N. Bannerman, A.
-/// C. Brańka, M. Chudak and D. M. Heyes, Phys. Chem. Chem. Phys. 21, 6886 (2019),
+/// It is fitted to simulations, including the metastable fluid up to η = 0.52. Its domain ends at
+/// freezing, because the crystal is the stable state beyond. The pressure has a maximum at η =
+/// 0.571 (P/T = 22.1), above which it cannot be inverted. S. Pieprzyk, M. N. Bannerman, A. C.
+/// Brańka, M. Chudak and D. M. Heyes, Phys. Chem. Chem. Phys. 21, 6886 (2019),
 /// doi:10.1039/C9CP00903E.
 ///
 /// ```

@@ -2,11 +2,12 @@
 
 use super::EquationOfState;
 
-/// Z = (1 + η + η²)/(1 − η)³: Percus and Yevick's closure, pressure from the compressibility.
+/// Percus and Yevick's closure with the pressure from the compressibility: Z = (1 + η + η²)/(1 −
+/// η)³.
 ///
-/// Too high, by 7 % at freezing; the pressure of scaled-particle theory too. M. S. Wertheim, Phys.
-/// Rev. Lett. 10, 321 (1963), doi:10.1103/PhysRevLett.10.321; E. Thiele, J. Chem. Phys. 39, 474
-/// (1963), doi:10.1063/1.1734272.
+/// It is too high, by 7 % at freezing. Scaled-particle theory gives the same pressure. M. S.
+/// Wertheim, Phys. Rev. Lett. 10, 321 (1963), doi:10.1103/PhysRevLett.10.321; E. Thiele, J. Chem.
+/// Phys. 39, 474 (1963), doi:10.1063/1.1734272.
 ///
 /// ```
 /// use gradient_mc::equation_of_state::{EquationOfState, PercusYevickCompressibility};

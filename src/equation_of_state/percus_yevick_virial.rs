@@ -2,9 +2,10 @@
 
 use super::EquationOfState;
 
-/// Z = (1 + 2η + 3η²)/(1 − η)²: Percus and Yevick's closure, pressure from the contact value.
+/// Percus and Yevick's closure with the pressure from the contact value: Z = (1 + 2η + 3η²)/(1 −
+/// η)².
 ///
-/// Too low, by 15 % at freezing. M. S. Wertheim, Phys. Rev. Lett. 10, 321 (1963),
+/// It is too low, by 15 % at freezing. M. S. Wertheim, Phys. Rev. Lett. 10, 321 (1963),
 /// doi:10.1103/PhysRevLett.10.321; E. Thiele, J. Chem. Phys. 39, 474 (1963), doi:10.1063/1.1734272.
 ///
 /// ```

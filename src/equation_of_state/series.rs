@@ -2,21 +2,21 @@
 
 use super::EquationOfState;
 
-/// Most terms of a [`Series`].
+/// Largest number of terms of a [`Series`].
 pub(crate) const MOST_TERMS: usize = 5;
 
 /// Z = 1 + Σ cₖ ηᵏ/(1 − η)³, with k from 1 to the number of terms.
 ///
 /// Two terms with c = 4, −2 are Carnahan and Starling's equation (doi:10.1063/1.1672048). Three
-/// meet the modified equation of Kolafa and others within 0.007 % up to η = 0.3 and 0.03 % up to
-/// 0.47, four within 0.0004 % and 0.0024 %.
+/// terms agree with the modified equation of Kolafa and others within 0.007 % up to η = 0.3 and
+/// 0.03 % up to 0.47, four within 0.0004 % and 0.0024 %.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Series {
     coefficients: [f64; MOST_TERMS],
 }
 
 impl Series {
-    /// Terms that are not given are zero.
+    /// A series with the given coefficients; the others are zero.
     pub(crate) fn new(given: &[f64]) -> Self {
         let mut coefficients = [0.0; MOST_TERMS];
         for (coefficient, given) in coefficients.iter_mut().zip(given) {

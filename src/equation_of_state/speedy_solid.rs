@@ -6,17 +6,17 @@ const RESIDUE: f64 = 0.5921;
 const ZERO: f64 = 0.7072;
 const POLE: f64 = 0.601;
 
-/// Speedy's fcc crystal: Z = 3/(1 − z) − 0.5921 (z − 0.7072)/(z − 0.601), z the packing fraction in
-/// units of close packing.
+/// Speedy's equation of the fcc crystal: Z = 3/(1 − z) − 0.5921 (z − 0.7072)/(z − 0.601), where z
+/// is the packing fraction over that of close packing.
 ///
-/// A fit to molecular dynamics of the crystal. The domain starts at η = 0.52, a
-/// little below melting, so that the crystal can also be cut at a coexistence pressure somewhat
-/// below the usual one; further down the formula has a pole. R. J. Speedy, J. Phys.: Condens.
-/// Matter 10, 4387 (1998), doi:10.1088/0953-8984/10/20/006.
+/// It is a fit to molecular dynamics of the crystal. The domain starts at η = 0.52, a little below
+/// melting, which allows coexistence at a somewhat lower pressure; at lower densities the formula
+/// has a pole. R. J. Speedy, J. Phys.: Condens. Matter 10, 4387 (1998),
+/// doi:10.1088/0953-8984/10/20/006.
 ///
-/// The chemical potential has the integration constant that gives an excess free energy of 5.91889
-/// T per sphere at n = 1.04086: J. M. Polson, E. Trizac, S. Pronk and D. Frenkel, J. Chem. Phys.
-/// 112, 5339 (2000), doi:10.1063/1.481102.
+/// The integration constant of the chemical potential is chosen for an excess free energy of
+/// 5.91889 T per sphere at n = 1.04086: J. M. Polson, E. Trizac, S. Pronk and D. Frenkel, J. Chem.
+/// Phys. 112, 5339 (2000), doi:10.1063/1.481102.
 ///
 /// ```
 /// use gradient_mc::equation_of_state::{EquationOfState, MELTING, SpeedySolid, number_density};

@@ -7,10 +7,10 @@ use crate::Error;
 const COEFFICIENTS: [f64; 9] =
     [4.0, 10.0, 18.364_768_383, 28.224_45, 39.815_50, 53.344_4, 68.538, 85.813, 105.78];
 
-/// The virial series Z = 1 + B₂η + B₃η² + ..., cut after at most B₁₀ η⁹.
+/// The virial series Z = 1 + B₂η + B₃η² + ..., up to at most B₁₀ η⁹.
 ///
-/// Too low, by 0.36 % at η = 0.4 with all ten coefficients, where its domain ends. B₂ to B₄ are
-/// exact; the others: S. Labík, J. Kolafa and A. Malijevský, Phys. Rev. E 71, 021105 (2005),
+/// With all ten coefficients it is too low by 0.36 % at η = 0.4, where its domain ends. B₂ to B₄
+/// are exact; the others: S. Labík, J. Kolafa and A. Malijevský, Phys. Rev. E 71, 021105 (2005),
 /// doi:10.1103/PhysRevE.71.021105; N. Clisby and B. M. `McCoy`, J. Stat. Phys. 122, 15 (2006),
 /// doi:10.1007/s10955-005-8080-0.
 ///
@@ -26,7 +26,7 @@ pub struct VirialSeries {
 }
 
 impl VirialSeries {
-    /// The series up to and including B_`order`, 1 (the ideal gas) to 10.
+    /// Makes the series up to and including B_`order`, with `order` from 1 (the ideal gas) to 10.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] outside that range.

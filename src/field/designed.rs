@@ -1,4 +1,4 @@
-//! A field made for a wanted density profile.
+//! A field that gives a chosen density profile.
 
 use super::Field;
 use crate::equation_of_state::{CLOSE_PACKING, EquationOfState, number_density};
@@ -7,21 +7,20 @@ use crate::numerics::integrate_panel;
 use crate::temperature::{Isothermal, TemperatureProfile};
 use crate::{Error, Slab};
 
-/// The field in which a column at one temperature has a wanted packing fraction η(x):
+/// The field in which an isothermal column has a chosen profile of the packing fraction η(x):
 ///
 /// φ(x) = T [ln η(0) + μₑₓ(η(0))] − T [ln η(x) + μₑₓ(η(x))],
 ///
-/// since the chemical potential of ideal gas, excess and field together is the same at all heights.
-/// μₑₓ, over temperature, is that of a given equation of state; a rough one bends the profile, and
-/// nothing else.
+/// because the sum of ideal and excess chemical potential and potential is the same at all heights.
+/// μₑₓ is the excess chemical potential over temperature of a given equation of state. An
+/// approximate equation only changes the resulting profile somewhat.
 ///
-/// For the equation of state from one run, a packing fraction that falls linearly over a slab is a
-/// good choice: no dilute tail, nothing that has to fall far, and every density has the same share
-/// of the work. Next to the walls there are layers: ask for a little more than is wanted at both
-/// ends.
+/// To measure the equation of state in one run, a packing fraction that decreases linearly over the
+/// slab is a good choice: there is no dilute tail, and all densities are sampled equally. Because
+/// of the layers at the walls, choose a range a little wider than needed at both ends.
 ///
-/// Between nodes 1/32 of a diameter apart or less the potential is a cubic with continuous slope.
-/// The wanted packing fraction is never asked for outside the slab.
+/// The potential is a piecewise cubic with a continuous slope and at least 32 nodes per diameter.
+/// The chosen packing fraction is never evaluated outside the slab.
 ///
 /// ```
 /// use gradient_mc::equation_of_state::CarnahanStarling;
@@ -54,7 +53,8 @@ impl std::fmt::Debug for DesignedField {
 impl DesignedField {
     const NODES_PER_DIAMETER: f64 = 32.0;
 
-    /// For a `packing_fraction` as a function of height, between the walls of `slab`.
+    /// Makes the field for a `packing_fraction` as a function of height, between the walls of
+    /// `slab`.
     ///
     /// ```
     /// use gradient_mc::equation_of_state::ModifiedKolafa;
@@ -68,9 +68,8 @@ impl DesignedField {
     /// ```
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a packing fraction that is not above 0 and below close
-    /// packing, [`Error::InvalidField`] where the equation of state gives no finite potential
-    /// for it.
+    /// [`Error::InvalidParameter`] if the packing fraction is not above 0 and below close packing;
+    /// [`Error::InvalidField`] if the equation of state gives no finite potential at some height.
     pub fn new<E: EquationOfState>(
         packing_fraction: impl Fn(f64) -> f64,
         temperature: Isothermal,
@@ -114,10 +113,11 @@ impl DesignedField {
         Ok(Self { nodes, spacing, column_density })
     }
 
-    /// For a packing fraction that is linear in height, between those at x = 0 and at the lid.
+    /// Makes the field for a packing fraction that is linear in height, from its values at x = 0
+    /// and at the lid.
     ///
     /// # Errors
-    /// As [`new`](Self::new).
+    /// Those of [`new`](Self::new).
     pub fn linear<E: EquationOfState>(
         [base, lid]: [f64; 2],
         temperature: Isothermal,
@@ -128,21 +128,21 @@ impl DesignedField {
         Self::new(|x| base + (lid - base) * (x / height), temperature, equation_of_state, slab)
     }
 
-    /// Spheres per unit of base area that the wanted profile has, N/A, with the layers at the walls
-    /// (see [`between_walls`](crate::Hydrostatics::between_walls)): for
-    /// [`Scene::with_column_density`](crate::Scene::with_column_density). With another number the
-    /// column is denser or more dilute at all heights.
+    /// Number of spheres per area N/A of the chosen profile, in inverse square diameters, including
+    /// the layers at the walls (see [`between_walls`](crate::Hydrostatics::between_walls)). Pass it
+    /// to [`Scene::with_column_density`](crate::Scene::with_column_density). With another number
+    /// the column is denser or more dilute at all heights.
     #[must_use]
     pub fn column_density(&self) -> f64 {
         self.column_density
     }
 
-    /// The panel of a height: potentials and slopes times its width at its ends, and where in it
-    /// the height is, from 0 to 1.
+    /// The panel of a height: potential and slope times width at both ends, and the position of the
+    /// height in the panel, from 0 to 1.
     #[inline]
     fn panel(&self, height: f64) -> ([[f64; 2]; 2], f64) {
         let scaled = height / self.spacing;
-        // Clamped to the table; outside it the end panels' cubics continue.
+        // Clamped to the table; outside it the cubics of the end panels are used.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let panel = (scaled.max(0.0) as usize).min(self.nodes.len() - 2);
         let ends = [panel, panel + 1].map(|node| {
@@ -153,9 +153,9 @@ impl DesignedField {
     }
 }
 
-/// The derivative at a node, per spacing, of the polynomial through the five nodes nearest to it.
+/// The derivative at a node, times the spacing, of the polynomial through the five nearest nodes.
 fn slope(values: &[f64], node: usize) -> f64 {
-    /// At the first to the third of five nodes, times twelve.
+    /// Weights at the first to the third of five nodes, times twelve.
     const WEIGHTS: [[f64; 5]; 3] =
         [[-25.0, 48.0, -36.0, 16.0, -3.0], [-3.0, -10.0, 18.0, -6.0, 1.0], [1.0, -8.0, 0.0, 8.0, -1.0]];
     let last = values.len() - 1;

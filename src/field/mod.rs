@@ -1,7 +1,7 @@
-//! External fields: how heavy a sphere is at each height.
+//! External fields: the acceleration of the spheres as a function of height.
 //!
 //! To add a field, implement [`Field`] for a type of your own (one method), or wrap a closure in
-//! [`FieldFn`]. [`DesignedField`] is made for a wanted density profile.
+//! [`FieldFn`]. [`DesignedField`] gives a chosen density profile.
 
 mod designed;
 
@@ -12,14 +12,13 @@ use crate::{Error, Slab};
 use std::cell::Cell;
 use std::sync::Arc;
 
-/// A field that pulls every sphere towards the base.
+/// An external field that acts on every sphere, positive towards the base.
 ///
-/// The one required method is the potential, because differences of it decide every move; the
-/// acceleration is its derivative. Where only a(x) is known, [`FieldFn`] integrates it.
+/// The only required method is the potential, because its differences decide the acceptance of
+/// moves. The acceleration is its derivative. If only a(x) is known, [`FieldFn`] integrates it.
 ///
-/// A field is shared between the threads of a sweep, and moves with its scene to threads of a
-/// user's own: so it is `Send` and `Sync`, and its `&`, `Box` and `Arc` are fields too, but not its
-/// `Rc`. With `Box<dyn Field>` a scene is chosen at run time (see [`Scene`](crate::Scene)).
+/// A field is `Send` and `Sync`, because threads share it. `&`, `Box` and `Arc` of a field are
+/// fields too. With `Box<dyn Field>` the field is chosen at run time (see [`Scene`](crate::Scene)).
 ///
 /// ```
 /// use gradient_mc::Field;
@@ -35,22 +34,22 @@ use std::sync::Arc;
 /// ```
 pub trait Field: Send + Sync {
     /// Potential energy m ∫₀ˣ a dx' of a sphere at `height`, in m g d (eq. 15 of
-    /// doi:10.1103/PhysRevE.83.061306). Nothing is asked outside the slab, [0, H].
+    /// doi:10.1103/PhysRevE.83.061306). It is never evaluated outside the slab, [0, H].
     fn potential(&self, height: f64) -> f64;
 
-    /// Acceleration a(x) towards the base, in g; the default differentiates the potential, with
-    /// heights up to 0.002 above the one asked for, none of them below 0.
+    /// Acceleration a(x) towards the base, in g. The default differentiates the potential
+    /// numerically, at heights up to 0.002 above `height` and never below 0.
     fn acceleration(&self, height: f64) -> f64 {
         differentiate_above(|x| self.potential(x), height, 1e-3, 0.0)
     }
 }
 
-/// How far below the end of a field it is asked for its acceleration: a derivative taken
-/// numerically needs 0.002.
+/// Distance from the end of a field up to which its acceleration is evaluated; a numerical
+/// derivative needs 0.002.
 pub(crate) const END_MARGIN: f64 = 2.5e-3;
 
-/// The acceleration of a field that ends at `highest`: next to the end, the cubic through four
-/// values below it.
+/// The acceleration of a field that ends at `highest`. Near the end it is extrapolated by the cubic
+/// through four values below.
 pub(crate) fn acceleration_below<F: Field + ?Sized>(field: &F, height: f64, highest: f64) -> f64 {
     let edge = highest - END_MARGIN;
     if height <= edge {
@@ -81,14 +80,14 @@ macro_rules! forward_field {
 }
 forward_field!(&F, Box<F>, Arc<F>);
 
-/// The same acceleration everywhere; [`UniformField::default`] is a = 1, the paper's case (a).
+/// The same acceleration at all heights. [`UniformField::default`] is a = 1, case (a) of the paper.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UniformField {
     acceleration: f64,
 }
 
 impl UniformField {
-    /// Acceleration in units of g; zero is weightlessness.
+    /// Makes a field with this acceleration, in units of g; 0 is no field.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] if not finite.
@@ -114,7 +113,8 @@ impl Field for UniformField {
     }
 }
 
-/// a(x) = exp(αx), eq. (1) of doi:10.1103/PhysRevE.83.061306: the paper's case (b).
+/// Exponential field a(x) = exp(αx), eq. (1) of doi:10.1103/PhysRevE.83.061306: case (b) of the
+/// paper.
 ///
 /// ```
 /// use gradient_mc::field::{ExponentialField, Field};
@@ -129,7 +129,7 @@ pub struct ExponentialField {
 }
 
 impl ExponentialField {
-    /// `rate` is α in inverse diameters; zero gives the uniform field.
+    /// Makes a field with rate α in inverse diameters; 0 gives the uniform field.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] if not finite.
@@ -139,7 +139,7 @@ impl ExponentialField {
 }
 
 impl Field for ExponentialField {
-    /// (e^{αx} − 1)/α, smooth through α = 0.
+    /// (e^{αx} − 1)/α, and x if α = 0.
     #[inline]
     fn potential(&self, height: f64) -> f64 {
         let exponent = self.rate * height;
@@ -156,7 +156,7 @@ impl Field for ExponentialField {
     }
 }
 
-/// a(x) = a₀ + s x.
+/// Linear field a(x) = a₀ + s x.
 ///
 /// ```
 /// use gradient_mc::field::{Field, LinearField};
@@ -171,7 +171,7 @@ pub struct LinearField {
 }
 
 impl LinearField {
-    /// Acceleration at the base, and its slope per diameter.
+    /// Makes a field with acceleration `base` = a₀ at x = 0, in g, and `slope` = s per diameter.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] if not finite.
@@ -194,7 +194,7 @@ impl Field for LinearField {
     }
 }
 
-/// Two fields that act together.
+/// The sum of two fields.
 ///
 /// ```
 /// use gradient_mc::field::{Field, LinearField, SumField, UniformField};
@@ -221,12 +221,12 @@ impl<A: Field, B: Field> Field for SumField<A, B> {
     }
 }
 
-/// A field from a closure a(x); the potential is integrated once, at construction.
+/// A field from a closure a(x). The potential is integrated once, at construction.
 ///
-/// Between nodes 1/32 of a diameter apart the potential is the cubic with the closure's values as
-/// slopes: its error is below 2.5·10⁻⁹ times the third derivative of a. A jump at a node, such as a
-/// whole number, is kept as it is; one between two nodes is rounded over the 1/32 between them. The
-/// last node is the lid: the closure is never asked above it.
+/// The potential is a piecewise cubic with 32 nodes per diameter and the values of the closure as
+/// slopes. Its error is below 2.5·10⁻⁹ times the third derivative of a. A jump of a at a node, such
+/// as a whole number, is exact; a jump between two nodes is spread over 1/32 of a diameter. The
+/// last node is the lid; the closure is never evaluated above it.
 ///
 /// ```
 /// use gradient_mc::{Slab, field::{Field, FieldFn}};
@@ -254,12 +254,12 @@ impl<A> std::fmt::Debug for FieldFn<A> {
 
 impl<A: Fn(f64) -> f64> FieldFn<A> {
     const SPACING: f64 = 1.0 / 32.0;
-    /// How far below a node, relative to its height, its lower side is.
+    /// Distance below a node, relative to its height, at which its lower side is evaluated.
     const BELOW: f64 = 1e-9;
-    /// A relative change over that distance that is a jump.
+    /// Smallest relative change over this distance that is a jump.
     const JUMP: f64 = 1e-3;
 
-    /// Wraps the acceleration `a(x)`, to be used over the heights of `slab`.
+    /// Makes a field from the acceleration `a(x)` in g, for the heights of `slab`.
     ///
     /// # Errors
     /// [`Error::InvalidField`] at the first height where the closure or its integral is not finite.
@@ -277,7 +277,7 @@ impl<A: Fn(f64) -> f64> FieldFn<A> {
             if !(value.is_finite() && potential.is_finite()) {
                 return Err(Error::InvalidField { height, acceleration: value, potential });
             }
-            // Of a field that does not jump here it is the same, to the last bit.
+            // Without a jump the value of the node is used, so that the bits are the same.
             let below = acceleration(height * (1.0 - Self::BELOW));
             let jumps =
                 below.is_finite() && (below - value).abs() > Self::JUMP * below.abs().max(value.abs());
@@ -291,7 +291,7 @@ impl<A: Fn(f64) -> f64> FieldFn<A> {
 impl<A: Fn(f64) -> f64 + Send + Sync> Field for FieldFn<A> {
     fn potential(&self, height: f64) -> f64 {
         let scaled = height / Self::SPACING;
-        // Clamped to the table; outside it the end panels' cubics continue.
+        // Clamped to the table; outside it the cubics of the end panels are used.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let panel = (scaled.max(0.0) as usize).min(self.nodes.len() - 2);
         let [[u0, a0, _], [u1, _, a1]] = [self.nodes[panel], self.nodes[panel + 1]];
@@ -307,10 +307,11 @@ impl<A: Fn(f64) -> f64 + Send + Sync> Field for FieldFn<A> {
     }
 }
 
-/// Checks a field over the whole slab: finite, and its potential the integral of its acceleration.
+/// Checks over the whole slab that a field is finite and its potential is the integral of its
+/// acceleration.
 pub(crate) fn probe<F: Field>(field: &F, slab: &Slab) -> Result<(), Error> {
-    // A diameter gets ten probes however tall the slab is: wider steps would miss what a field does in
-    // between, and integrate a field that oscillates wrongly.
+    // At least ten probes per diameter: wider steps would miss narrow features and integrate an
+    // oscillating field wrongly.
     const LEAST: f64 = 4096.0;
     // Heights are at most 1e6.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
@@ -345,9 +346,9 @@ pub(crate) fn probe<F: Field>(field: &F, slab: &Slab) -> Result<(), Error> {
             let (acceleration, potential) = (acceleration_at(height), field.potential(height));
             return Err(Error::InvalidField { height, acceleration, potential });
         }
-        // Loose: it is there to catch a wrong formula, not a jump inside one interval or rounding
-        // in a default derivative. The rule is off by at most a tenth of a jump, which is at most twice
-        // the largest value.
+        // A loose tolerance: the check finds wrong formulas, and must not reject a jump inside one
+        // interval or rounding in a numerical derivative. The error of the rule is at most a tenth
+        // of a jump, and a jump is at most twice the largest value.
         let largest = [low, 0.5 * (low + high), high].map(|x| acceleration_at(x).abs()).into_iter();
         let scale = step * largest.fold(0.0, f64::max);
         let rounding = 1e-9 * field.potential(high).abs() + 1e-9;
@@ -359,7 +360,7 @@ pub(crate) fn probe<F: Field>(field: &F, slab: &Slab) -> Result<(), Error> {
         total_scale += scale;
         total_rounding = rounding.max(total_rounding);
     }
-    // Jumps are few, so that the whole slab can be held to a per cent.
+    // Over the whole slab a tolerance of one per cent is possible, because jumps are few.
     let potential_difference = field.potential(slab.height()) - field.potential(0.0);
     if (potential_difference - integral).abs() > 0.01 * total_scale + total_rounding {
         let height = 0.5 * slab.height();

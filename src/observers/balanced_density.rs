@@ -7,24 +7,25 @@ use super::{DensityPoint, packing_fraction};
 use crate::statistics::{BlockAverages, Estimate, share_of_first};
 use crate::{Collision, Error, Frame, Merge, Observer, ObserverError, Recorder, Slab};
 
-/// Number density n(x) in bins of equal height, with less noise than
-/// [`DensityProfile`](super::DensityProfile) has of the same sweeps of event chains.
+/// Number density n(x) in bins of equal height, in inverse cubic diameters, from counts and forces.
+/// For event chains it has less noise than [`DensityProfile`](super::DensityProfile) of the same
+/// run.
 ///
-/// Beside the counts, each bin has a second estimate from the balance of forces ("force sampling",
-/// doi:10.1103/PhysRevLett.120.120603): the normal pressure over T is the weight of what lies above
-/// it in the reduced potential, and collisions of vertical chains tell how much of it is not the
+/// Besides the counts, each bin has a second estimate from the balance of forces ("force sampling",
+/// doi:10.1103/PhysRevLett.120.120603). The normal pressure over T is the sum of the reduced forces
+/// on the spheres above. The collisions of vertical chains give its excess part; the rest is the
 /// ideal part n:
 ///
 /// n = `p_end` + (1/A) Σ u′(xᵢ) − N/(A w ℓ) Σ s q,
 ///
 /// with the symbols of [`ChainPressureProfile`](super::ChainPressureProfile). `p_end`, at the open
-/// end of the column, is zero where no sphere comes within a diameter of that wall, and the mean
-/// difference between the two estimates otherwise. Counts of narrow bins are noisy, forces hardly
-/// more than those of wide ones; the two are combined bin by bin with the weights of the smallest
-/// variance. Forces count for whole bins in which centers can be; other bins, and runs without
-/// chains, have counts alone.
+/// end of the column, is 0 if no sphere comes within a diameter of that wall, and the mean
+/// difference between the two estimates otherwise. In narrow bins counts are noisier than forces.
+/// The two estimates are combined in each bin with the weights of the smallest variance. Forces are
+/// used in bins that are completely accessible to centers; in other bins, and without chains, only
+/// counts are used.
 ///
-/// Like every estimate by forces it assumes that the column is at rest.
+/// As every estimate from forces, it assumes a stationary column.
 ///
 /// ```
 /// use gradient_mc::observers::{BalancedDensityProfile, Bins};
@@ -42,20 +43,20 @@ use crate::{Collision, Error, Frame, Merge, Observer, ObserverError, Recorder, S
 pub struct BalancedDensityProfile {
     run: OneRun,
     bins: HeightBins,
-    /// Of the interval under way: Σ s q of vertical chains in all bins, and their path.
+    /// Current interval: Σ s q of vertical chains in all bins, and their path.
     collisions: Vec<f64>,
     path: f64,
     particles: f64,
     incomplete: u64,
     weights: Vec<f64>,
-    /// Scratch for what is averaged: numbers in bins, weights over T on bins, Σ s q in bins; path,
-    /// and spheres at the open end.
+    /// Scratch for one sample: numbers in bins, weights over T on bins, Σ s q in bins; path, and
+    /// spheres at the open end.
     sample: Vec<f64>,
     averages: BlockAverages,
 }
 
 impl BalancedDensityProfile {
-    /// A profile over `bins` of the heights of `slab`.
+    /// Makes an empty profile with `bins` over the heights of `slab`.
     ///
     /// # Errors
     /// Those of [`Bins`].
@@ -75,16 +76,16 @@ impl BalancedDensityProfile {
         })
     }
 
-    /// Frames observed.
+    /// Number of frames observed.
     #[must_use]
     pub fn observations(&self) -> u64 {
         self.averages.observations()
     }
 
-    /// The profile, upwards.
+    /// The profile, from the lowest bin upwards.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 frames.
+    /// [`Error::TooFewObservations`] for fewer than 16 frames.
     pub fn points(&self) -> Result<Vec<DensityPoint>, Error> {
         let count = self.bins.count();
         let both = self.averages.jackknifed(|means| {
@@ -97,7 +98,7 @@ impl BalancedDensityProfile {
             counted.iter().zip(balanced).map(|(one, other)| one - other).collect::<Vec<f64>>()
         });
         let square = |estimate: &Estimate| estimate.standard_error * estimate.standard_error;
-        // Single variances are noisy, and neighbors are alike.
+        // Variances are averaged over neighboring bins, because that of a single bin is noisy.
         let around = |estimates: &[Estimate], bin: usize| {
             let neighbors = &estimates[bin.saturating_sub(2)..(bin + 3).min(count)];
             neighbors.iter().map(square).filter(|square| square.is_finite()).sum::<f64>()
@@ -133,7 +134,7 @@ impl BalancedDensityProfile {
             .collect())
     }
 
-    /// Densities of all bins by counts, and by forces; NaN where these say nothing.
+    /// Densities of all bins from counts and from forces; NaN where forces give no estimate.
     fn densities(&self, means: &[f64]) -> [Vec<f64>; 2] {
         let count = self.bins.count();
         let (counts, rest) = means.split_at(count);
@@ -178,7 +179,8 @@ impl Observer for BalancedDensityProfile {
         self.particles = frame.particles() as f64;
         let incomplete = frame.move_counts().incomplete_sweeps;
         if std::mem::replace(&mut self.incomplete, incomplete) != incomplete {
-            // A chain that ended with an error has collisions and no length.
+            // The length of a chain that ended with an error is not recorded, so its collisions are
+            // dropped.
             self.collisions.fill(0.0);
             self.path = 0.0;
         }

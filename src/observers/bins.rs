@@ -8,12 +8,11 @@ pub const MAXIMUM_BINS: usize = 65_536;
 /// Largest number of parts of bins, [`Bins::divided`].
 const MAXIMUM_STRETCHES: usize = 1 << 20;
 
-/// How a range of heights is divided into bins of equal height: by their number, or by their width.
+/// Bins of equal height over a range of heights, given by their number or by their width.
 ///
-/// The range is the whole slab, unless [`from`](Self::from) and [`to`](Self::to) say otherwise.
-/// Where a width does not divide the range, the bins are those of the nearest width that does:
-/// their number is range over width, rounded. So edges are always those of the range, and no bin is
-/// smaller than the others.
+/// The range is the whole slab unless [`from`](Self::from) or [`to`](Self::to) change it. If the
+/// width does not divide the range, the number of bins is range over width, rounded, so the width
+/// changes slightly and all bins are equal.
 ///
 /// ```
 /// use gradient_mc::Slab;
@@ -28,9 +27,9 @@ const MAXIMUM_STRETCHES: usize = 1 << 20;
 ///
 /// # Errors
 /// Constructors that take bins return
-/// - [`Error::InvalidBins`] unless there are between 1 and [`MAXIMUM_BINS`] bins,
-/// - [`Error::InvalidParameter`] for a width that is not positive or above the range, and unless 0
-///   ≤ lowest < highest ≤ height of the slab.
+/// - [`Error::InvalidBins`] if the number of bins is not between 1 and [`MAXIMUM_BINS`];
+/// - [`Error::InvalidParameter`] if the width is not positive or larger than the range, or not 0 ≤
+///   lowest < highest ≤ height of the slab.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bins {
     size: Size,
@@ -45,25 +44,25 @@ enum Size {
 }
 
 impl Bins {
-    /// This many bins.
+    /// A given number of bins.
     #[must_use]
     pub const fn count(bins: usize) -> Self {
         Self { size: Size::Count(bins), low: None, high: None }
     }
 
-    /// Bins of this height in diameters, or of the nearest that divides the range evenly.
+    /// Bins of about this height, in diameters.
     #[must_use]
     pub const fn of_width(width: f64) -> Self {
         Self { size: Size::Width(width), low: None, high: None }
     }
 
-    /// Begins at height `low` instead of the base.
+    /// Sets the lower end of the range to `low` instead of the base, in diameters.
     #[must_use]
     pub const fn from(self, low: f64) -> Self {
         Self { low: Some(low), ..self }
     }
 
-    /// Ends at height `high` instead of the lid.
+    /// Sets the upper end of the range to `high` instead of the lid, in diameters.
     #[must_use]
     pub const fn to(self, high: f64) -> Self {
         Self { high: Some(high), ..self }
@@ -75,7 +74,7 @@ impl Bins {
         let extent = high - low;
         let count = match self.size {
             Size::Count(count) => count,
-            // A range that is no range is refused below.
+            // An invalid range is refused below.
             Size::Width(width) if extent > 0.0 => {
                 if !(width > 0.0 && width <= extent) {
                     let requirement = "it must be positive and at most the range of heights";
@@ -85,7 +84,7 @@ impl Bins {
                         requirement,
                     });
                 }
-                // At least one; too many are refused below.
+                // At least one. Too large a number is refused below.
                 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
                 let count = (extent / width).round() as usize;
                 count
@@ -96,11 +95,11 @@ impl Bins {
     }
 }
 
-/// Where a height lies with respect to the bins.
+/// Position of a height relative to the bins.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Place {
     Below,
-    /// In a bin, this fraction of its height above its lower edge.
+    /// In a bin: index, and distance from its lower edge over its height.
     Inside(usize, f64),
     Above,
 }
@@ -161,13 +160,13 @@ impl HeightBins {
         let edge = |bin: usize| self.low + bin as f64 / self.per_diameter;
         let (low, high) =
             (edge(bin).max(self.slab.lowest_center()), edge(bin + 1).min(self.slab.highest_center()));
-        // Less is the rounding of an edge.
+        // A smaller value is only rounding of an edge.
         let accessible = (high - low) * self.per_diameter;
         if accessible > 1e-9 { accessible.min(1.0) * self.volume() } else { 0.0 }
     }
 
-    /// The same heights in narrower bins, at most `width` high, a whole number of which make up one
-    /// of these; as many as [`MAXIMUM_STRETCHES`] allows.
+    /// Each bin divided into a whole number of parts at most `width` high, as far as
+    /// [`MAXIMUM_STRETCHES`] allows.
     pub(super) fn divided(&self, width: f64) -> Self {
         let extent = 1.0 / self.per_diameter;
         // At least 1 and at most the limit.
@@ -183,7 +182,7 @@ impl HeightBins {
         (0..self.count).map(move |bin| low + (bin as f64 + 0.5) / per_diameter)
     }
 
-    /// The bins that hold heights at which a center can be, upwards.
+    /// The bins that are at least partly accessible to centers, upwards.
     pub(super) fn within_reach(&self) -> impl Iterator<Item = usize> + use<> {
         let Self { slab, low, per_diameter, count, .. } = *self;
         let edge = move |bin: usize| low + bin as f64 / per_diameter;
@@ -201,14 +200,14 @@ impl HeightBins {
             return Place::Above;
         }
         let scaled = (height - self.low) * self.per_diameter;
-        // Not negative; a height that is not a number becomes bin 0, as `as` has it.
+        // Not negative; `as` converts NaN to bin 0.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let bin = (scaled as usize).min(self.count - 1);
         Place::Inside(bin, scaled - bin as f64)
     }
 
-    /// Calls `add` with every bin that the heights from `low` to `high` pass through, and with the
-    /// part of them that lies in it.
+    /// Calls `add` with every bin that the range from `low` to `high` overlaps, and the fraction of
+    /// the range in this bin.
     #[inline]
     pub(super) fn spread(&self, low: f64, high: f64, mut add: impl FnMut(usize, f64)) {
         if high < self.low || low > self.high {
@@ -234,7 +233,7 @@ impl HeightBins {
         add(bin, (end - begin) / extent);
     }
 
-    /// Fails unless a profile on the bins `other` can be pooled with one on these.
+    /// Fails if a profile on the bins `other` cannot be merged with one on these.
     pub(super) fn require_same(&self, other: &Self) -> Result<(), Error> {
         let requirement = "profiles can only be pooled if their slabs and bins are the same";
         for (name, mine, value) in [

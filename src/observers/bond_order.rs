@@ -1,38 +1,40 @@
-//! Which spheres are in a crystal, and in which.
+//! Classification of spheres as fcc, hcp or fluid.
 
 use super::neighbors::Neighbors;
 use super::steinhardt::{CubicInvariant, Harmonics};
 use crate::Slab;
 use nalgebra::Vector3;
 
-/// What the surroundings of a sphere look like.
+/// Local structure around a sphere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Structure {
-    /// A crystal whose layers follow each other as ABC: face-centered cubic.
+    /// Face-centered cubic crystal, with layers stacked as ABC.
     FaceCenteredCubic,
-    /// A crystal whose layers follow each other as ABA: hexagonal close-packed.
+    /// Hexagonal close-packed crystal, with layers stacked as ABA.
     HexagonalClosePacked,
-    /// Neither.
+    /// No crystal.
     Fluid,
 }
 
-/// Bond-orientational order around every sphere of a configuration, which tells fcc from hcp from
-/// fluid.
+/// Bond-orientational order around every sphere of a configuration, to classify spheres as fcc, hcp
+/// or fluid.
 ///
-/// The invariants q₆ and w₄ of Steinhardt, Nelson and Ronchetti (doi:10.1103/PhysRevB.28.784), of
-/// bonds to the twelve nearest spheres, after the harmonics are averaged over the sphere and these
-/// twelve (Lechner and Dellago, doi:10.1063/1.2977970): crystal where the averaged q₆ is above 0.3,
-/// then fcc where the averaged w₄ is below −0.04, and else hcp.
+/// It uses the invariants q₆ and w₄ of Steinhardt, Nelson and Ronchetti
+/// (doi:10.1103/PhysRevB.28.784) for the bonds to the twelve nearest spheres, after averaging the
+/// harmonics over the sphere and these twelve (Lechner and Dellago, doi:10.1063/1.2977970). A
+/// sphere is crystalline if the averaged q₆ is above 0.3; it is then fcc if the averaged w₄ is
+/// below −0.04, and hcp otherwise.
 ///
-/// # Why this, and how well
-/// Stackings are mixed, so averages mix too: a perfect hcp layer has w₄ = 0.134 between hcp layers,
-/// 0.05 between one of each kind, and 0.01 between fcc and a wall; a perfect fcc layer −0.159
-/// between fcc layers and −0.103 between hcp layers. The limit lies between these, and not at 0,
-/// which is right for crystals of one kind only.
+/// # Accuracy
+/// In a crystal of mixed stacking the averages depend on the neighboring layers. A perfect hcp
+/// layer has w₄ = 0.134 between hcp layers, 0.05 between an fcc and an hcp layer, and 0.01 between
+/// an fcc layer and a wall; a perfect fcc layer has −0.159 between fcc layers and −0.103 between
+/// hcp layers. The limit −0.04 is between these values; a limit of 0 is right only for a pure fcc
+/// or hcp crystal.
 ///
-/// Measured in crystals of hard spheres, six stackings, faults and random ones included, of every
-/// surrounding of a layer:
+/// Fraction of spheres classified correctly, measured in crystals of hard spheres with six
+/// stackings, including faults and random stacking:
 ///
 /// | packing fraction | fcc layers between fcc, mixed, hcp | hcp layers between hcp, fcc, mixed | second layer at a wall, worst case |
 /// |---|---|---|---|
@@ -40,16 +42,16 @@ pub enum Structure {
 /// | 0.58 | 100, 100, 99.5 % | 100, 100, 99.97 % | 94 % |
 /// | 0.64 | all | all | 99.9 % |
 ///
-/// Of a fluid just below freezing (P/T = 10 to 11) less than 0.5 % has q₆ above 0.3, in the second
-/// layer at a wall 1 %; of crystals at melting less than 0.1 % has it below. In the same crystals
-/// adaptive common-neighbor analysis (doi:10.1088/0965-0393/20/4/045021) recognizes only two thirds
-/// of the spheres at melting, and w₄ that is not averaged takes a quarter of the hcp spheres there
-/// for fcc.
+/// In a fluid just below freezing (P/T = 10 to 11) q₆ is above 0.3 for less than 0.5 % of the
+/// spheres, and for 1 % in the second layer at a wall. In crystals at melting it is below 0.3 for
+/// less than 0.1 %. For comparison, in the same crystals at melting, adaptive common-neighbor
+/// analysis (doi:10.1088/0965-0393/20/4/045021) recognizes only two thirds of the spheres, and w₄
+/// without averaging classifies a quarter of the hcp spheres as fcc.
 ///
 /// # At the walls
-/// The spheres of the layer at a wall (centers less than half a diameter above the lowest place)
-/// lack the neighbors on one side. They are not classified, and left out of the averages of others;
-/// [`HexaticOrder`](super::HexaticOrder) is for them. The second layer has all its neighbors and is
+/// The spheres of the layer at a wall (centers within half a diameter of contact) have no neighbors
+/// on one side. They are not classified and not used in the averages of others; use
+/// [`HexaticOrder`](super::HexaticOrder) for them. The second layer has all its neighbors and is
 /// classified.
 ///
 /// ```
@@ -72,34 +74,34 @@ pub struct BondOrder {
     slab: Slab,
     neighbors: Neighbors,
     cubic: CubicInvariant,
-    /// The nearest of every sphere, `NEAREST` each; fewer are filled up with the sphere itself.
+    /// The `NEAREST` nearest spheres of every sphere; missing ones are the sphere itself.
     nearest: Vec<[usize; NEAREST]>,
-    /// Whether there were twelve.
+    /// Whether the sphere has twelve neighbors within the search radius.
     surrounded: Vec<bool>,
     at_wall: Vec<bool>,
     harmonics: Vec<Harmonics>,
     candidates: Vec<(f64, usize, Vector3<f64>)>,
 }
 
-/// Neighbors in a close packing.
+/// Number of neighbors in close packing.
 const NEAREST: usize = 12;
-/// The twelve nearest are farther only where the packing fraction is well below that of a crystal;
-/// and slabs are at least twice as wide.
+/// Search radius in diameters. The twelve nearest spheres are farther away only at packing
+/// fractions well below those of a crystal. All slabs are at least twice as wide.
 const RADIUS: f64 = 1.5;
 /// Averaged q₆ above which a sphere is in a crystal.
 const LEAST_CRYSTALLINE: f64 = 0.3;
 /// Averaged w₄ below which a crystal is fcc.
 const LARGEST_CUBIC: f64 = -0.04;
-/// Centers nearer than this to the lowest or highest place lack neighbors.
+/// Spheres closer to wall contact than this, in diameters, are not classified.
 const WALL_LAYER: f64 = 0.5;
 
 impl BondOrder {
-    /// For configurations in a slab.
+    /// Makes an analyzer for configurations in `slab`.
     #[must_use]
     pub fn new(slab: &Slab) -> Self {
         Self {
             slab: *slab,
-            // At most half the width of any slab.
+            // The radius is at most half the width of any slab.
             neighbors: Neighbors::unchecked(slab, RADIUS),
             cubic: CubicInvariant::new(),
             nearest: Vec::new(),
@@ -110,7 +112,8 @@ impl BondOrder {
         }
     }
 
-    /// Takes a configuration, all its spheres, in place of the one before.
+    /// Analyzes a configuration, given the positions of all its spheres. It replaces the previous
+    /// one.
     pub fn gather(&mut self, positions: impl IntoIterator<Item = Vector3<f64>>) {
         let (lowest, highest) =
             (self.slab.lowest_center() + WALL_LAYER, self.slab.highest_center() - WALL_LAYER);
@@ -131,7 +134,8 @@ impl BondOrder {
             );
             self.surrounded.push(self.candidates.len() >= NEAREST);
             if self.candidates.len() > NEAREST {
-                // Ties are decided by number, so that the outcome does not depend on the order of the search.
+                // Equal distances are ordered by number, so the result does not depend on the order
+                // of the search.
                 let order =
                     |a: &(f64, usize, _), b: &(f64, usize, _)| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1));
                 self.candidates.select_nth_unstable_by(NEAREST - 1, order);
@@ -152,13 +156,13 @@ impl BondOrder {
         }
     }
 
-    /// Number of spheres gathered.
+    /// Number of spheres in the configuration.
     #[must_use]
     pub fn count(&self) -> usize {
         self.harmonics.len()
     }
 
-    /// Harmonics averaged over a sphere and its nearest, but those at a wall.
+    /// Harmonics averaged over a sphere and its nearest spheres, without those at a wall.
     fn averaged(&self, sphere: usize) -> Option<Harmonics> {
         if self.at_wall.get(sphere).is_none_or(|&at_wall| at_wall) {
             return None;
@@ -174,20 +178,21 @@ impl BondOrder {
         Some(averaged)
     }
 
-    /// Averaged q₄, q₆ and w₄ of a sphere; `None` for one at a wall, or beyond the last.
+    /// Averaged q₄, q₆ and w₄ of a sphere; `None` for a sphere at a wall or an index beyond the
+    /// last.
     #[must_use]
     pub fn invariants(&self, sphere: usize) -> Option<[f64; 3]> {
         let averaged = self.averaged(sphere)?;
         Some([averaged.q4(), averaged.q6(), self.cubic.of(&averaged)])
     }
 
-    /// What is around a sphere; `None` for one at a wall, or beyond the last.
+    /// Structure around a sphere; `None` for a sphere at a wall or an index beyond the last.
     #[must_use]
     pub fn structure(&self, sphere: usize) -> Option<Structure> {
         Some(self.order(sphere)?.1)
     }
 
-    /// Averaged q₆ and what it means.
+    /// Averaged q₆ and structure of a sphere.
     pub(super) fn order(&self, sphere: usize) -> Option<(f64, Structure)> {
         let averaged = self.averaged(sphere)?;
         let q6 = averaged.q6();

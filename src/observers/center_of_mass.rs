@@ -1,17 +1,17 @@
-//! Height of the center of mass against time.
+//! Height of the center of mass as a function of time.
 
 use super::one_run::OneRun;
 use crate::statistics::{self, Autocorrelation, Equilibration, Estimate, scattered};
 use crate::warning::Disagreement;
 use crate::{Error, Frame, Merge, Observer, ObserverError, Warning};
 
-/// The series of the height `h_c` of the center of mass, frame by frame.
+/// The series of the height `h_c` of the center of mass in all frames, in diameters.
 ///
-/// Its constancy is the paper's criterion of a steady state (doi:10.1103/PhysRevE.83.061306, figs.
-/// 2 and 7), and its fluctuations in an isothermal column in a uniform field are a response:
-/// Var(h) = (T²/N) dh/dT exactly.
+/// The paper uses a constant mean of `h_c` as the criterion of a steady state
+/// (doi:10.1103/PhysRevE.83.061306, figs. 2 and 7). In an isothermal column in a uniform field the
+/// variance is exactly Var(h) = (T²/N) dh/dT.
 ///
-/// Sixteen bytes are kept per frame. Wrap it in [`Every`](crate::Every) to keep fewer.
+/// It stores sixteen bytes per frame. Wrap it in [`Every`](crate::Every) to sample fewer frames.
 #[derive(Debug, Clone, Default)]
 pub struct CenterOfMass {
     run: OneRun,
@@ -19,7 +19,7 @@ pub struct CenterOfMass {
     replicas: Vec<Series>,
 }
 
-/// One run.
+/// Series of one run.
 #[derive(Debug, Clone, Default)]
 #[cfg_attr(feature = "checkpoint", derive(serde::Serialize, serde::Deserialize))]
 struct Series {
@@ -40,13 +40,13 @@ impl CenterOfMass {
         &self.series.sweeps
     }
 
-    /// Heights of the center of mass in those frames.
+    /// Heights of the center of mass in these frames, in diameters.
     #[must_use]
     pub fn heights(&self) -> &[f64] {
         &self.series.heights
     }
 
-    /// The part from `sweep` on, of every replica: what is left after relaxation.
+    /// The series from `sweep` on, of every replica: use it to drop the relaxation at the start.
     #[must_use]
     pub fn since(&self, sweep: u64) -> Self {
         let cut = |series: &Series| {
@@ -57,7 +57,7 @@ impl CenterOfMass {
         Self { run: self.run.clone(), series: cut(&self.series), replicas }
     }
 
-    /// The runs that hold anything, as slices of heights.
+    /// The nonempty runs, as slices of heights.
     fn runs(&self) -> impl Iterator<Item = &[f64]> {
         [&self.series]
             .into_iter()
@@ -66,14 +66,14 @@ impl CenterOfMass {
             .filter(|heights| !heights.is_empty())
     }
 
-    /// An estimate from every run, averaged with the runs' lengths as weights; the error is at
-    /// least that of their scatter, where it is more than the errors of the runs explain.
+    /// An estimate from every run, averaged with the lengths of the runs as weights. The error is
+    /// that of the scatter of the runs if this is larger than their errors explain.
     fn pooled(&self, estimate: impl Fn(&[f64]) -> Result<Estimate, Error>) -> Result<Estimate, Error> {
         let estimate =
             |run: &[f64]| estimate(run).map_err(|error| said("frames for the center of mass", error));
         let observations: usize = self.runs().map(<[f64]>::len).sum();
         if observations == 0 {
-            // Ask for what the estimate needs of an empty run.
+            // Returns the error of the estimate for an empty run.
             return estimate(&[]);
         }
         let (mut mean, mut squared) = (0.0, 0.0);
@@ -89,8 +89,8 @@ impl CenterOfMass {
         Ok(Estimate::new(mean, scattered(&replicas, squared).standard_error))
     }
 
-    /// Warnings about the series: [`Warning::ReplicasDisagree`] if merged replicas have means
-    /// that cannot be those of one state. A run is judged by
+    /// Warnings about the series: [`Warning::ReplicasDisagree`] if the means of merged replicas
+    /// differ by more than their errors. For a single run use
     /// [`Simulation::warnings`](crate::Simulation::warnings).
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
@@ -110,8 +110,8 @@ impl CenterOfMass {
         vec![Warning::ReplicasDisagree { disagreement: Disagreement::CenterOfMass { lowest, highest } }]
     }
 
-    /// Mean height, with its error by [`blocking`](statistics::blocking) each replica; that of the
-    /// replicas' scatter if it is larger by more than chance.
+    /// Mean height in diameters, with its standard error by [`blocking`](statistics::blocking) each
+    /// replica, or from the scatter of the replicas if that is significantly larger.
     ///
     /// # Errors
     /// [`Error::TooFewObservations`] if a replica has fewer than 16 frames.
@@ -119,7 +119,8 @@ impl CenterOfMass {
         self.pooled(statistics::blocking)
     }
 
-    /// Second half minus first half, averaged over replicas; see [`drift`](statistics::drift).
+    /// Mean height in the second half of the series minus that in the first half, averaged over
+    /// replicas; see [`drift`](statistics::drift).
     ///
     /// # Errors
     /// [`Error::TooFewObservations`] if a replica has fewer than 32 frames.
@@ -127,8 +128,8 @@ impl CenterOfMass {
         self.pooled(statistics::drift)
     }
 
-    /// Variance of the height, averaged over replicas; see [`variance`](statistics::variance()).
-    /// Every replica's is taken about its own mean.
+    /// Variance of the height in square diameters, about the mean of each replica, averaged over
+    /// replicas; see [`variance`](statistics::variance()).
     ///
     /// # Errors
     /// [`Error::TooFewObservations`] if a replica has fewer than 16 frames.
@@ -136,18 +137,18 @@ impl CenterOfMass {
         self.pooled(statistics::variance)
     }
 
-    /// Autocorrelation time of the series, in units of the interval between frames; merged replicas
-    /// are not included. See [`autocorrelation`](statistics::autocorrelation()).
+    /// Autocorrelation time of the series, in units of the interval between frames; see
+    /// [`autocorrelation`](statistics::autocorrelation()). Merged replicas are not included.
     ///
     /// # Errors
     /// Those of [`autocorrelation`](statistics::autocorrelation()).
     pub fn autocorrelation(&self) -> Result<Autocorrelation, Error> {
-        let what = "frames for the correlation time of the center of mass, fifty of which they must hold,";
+        let what = "frames for the autocorrelation time of the center of mass (fifty times this time)";
         statistics::autocorrelation(&self.series.heights).map_err(|error| said(what, error))
     }
 
-    /// Where the steady state begins in this series, as the data have it; merged replicas are not
-    /// included. See [`equilibration`](statistics::equilibration()).
+    /// Detects where the steady state begins in this series; see
+    /// [`equilibration`](statistics::equilibration()). Merged replicas are not included.
     ///
     /// # Errors
     /// Those of [`equilibration`](statistics::equilibration()).
@@ -156,8 +157,7 @@ impl CenterOfMass {
         statistics::equilibration(&self.series.heights).map_err(|error| said(what, error))
     }
 
-    /// What is left after relaxation, each replica cut where its own data say that its steady state
-    /// begins.
+    /// The series after relaxation: each replica from the beginning of its own steady state on.
     ///
     /// ```
     /// use gradient_mc::observers::CenterOfMass;
@@ -174,7 +174,7 @@ impl CenterOfMass {
     /// ```
     ///
     /// # Errors
-    /// Those of [`equilibration`](statistics::equilibration()), of any replica.
+    /// Those of [`equilibration`](statistics::equilibration()), for any replica.
     pub fn equilibrated(&self) -> Result<Self, Error> {
         let cut = |series: &Series| {
             if series.heights.is_empty() {
@@ -188,7 +188,7 @@ impl CenterOfMass {
     }
 }
 
-/// An error that says who asks.
+/// An error with the name of the estimate.
 fn said(what: &'static str, error: Error) -> Error {
     match error {
         Error::TooFewObservations { available, needed, .. } => {
@@ -198,7 +198,7 @@ fn said(what: &'static str, error: Error) -> Error {
     }
 }
 
-/// Series of any length can be pooled.
+/// Series of any length can be merged.
 impl Merge for CenterOfMass {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.run.require_same_scene(&other.run)?;

@@ -1,90 +1,88 @@
-//! Normal and lateral pressure against height, from event chains.
+//! Profiles of normal and lateral pressure from event chains.
 
 use super::bins::{Bins, HeightBins, Place};
 use super::one_run::OneRun;
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Collision, Error, Frame, Merge, Observer, ObserverError, Recorder, Slab};
 
-/// The pressures `P_xx(x)` and `P_yy(x)` = `P_zz(x)` of a simulation by event chains, from the
-/// collisions of the chains: an estimate that does not use the weight of the column.
+/// Profiles of the normal pressure `P_xx(x)` and the lateral pressure `P_yy(x)` = `P_zz(x)`, in m
+/// g/d², from the collisions of event chains. They do not use the weight of the column.
 ///
-/// A chain visits every sphere with the same probability and collides with its neighbors at the
-/// rate at which they are found in contact, so that collisions sample the virial (homogeneous
-/// systems: Michel, Kapfer and Krauth, doi:10.1063/1.4863991). Resolved by height, with the
-/// momentum that a collision transfers spread along the line between the centers (Irving and
-/// Kirkwood), the pressure in a bin of width w is
+/// Chains visit all spheres with equal probability, and their collisions sample the virial (for
+/// homogeneous systems: Michel, Kapfer and Krauth, doi:10.1063/1.4863991). To resolve the pressure
+/// by height, the momentum transfer of a collision is spread along the line between the centers
+/// (Irving and Kirkwood). The pressure in a bin of width w is
 ///
 /// P/T = n + N/(A w ℓ) Σ s q,
 ///
-/// summed over the collisions of all chains along the axis, whose lengths add up to ℓ; s is the
-/// separation of the two centers along that axis, and q the part of the line between them that lies
-/// in the bin. For a scene whose temperature varies, P/T is what the isothermal system on which the
-/// scene is mapped obeys at every height. So every sphere counts with the T of its height, and
-/// every part of a line with that of its own, read in the middle of stretches of at most an eighth
-/// of a diameter: P is the mean over the bin, however wide that is.
+/// The sum is over the collisions of all chains along the axis. ℓ is the total length of these
+/// chains, s the separation of the two centers along the axis, and q the fraction of the line
+/// between them that is in the bin. If the temperature varies, this relation for P/T holds in the
+/// isothermal system at every height. Therefore every sphere and every part of a line is multiplied
+/// by T at its own height, with a resolution of 1/8 diameter, and P is the mean over the bin for
+/// any bin width.
 ///
-/// No center lies within half a diameter of a wall, and the walls bear what is missing there:
-/// pressures are means over the part of a bin in which centers can be, and NaN in a bin that has
-/// none.
+/// Centers cannot be within half a diameter of a wall. Pressures are means over the accessible part
+/// of a bin, and NaN in a bin without one.
 ///
-/// Force balance makes the normal pressure equal to the weight of the column at every height,
-/// layers at the walls included, once the column is in equilibrium: the two together test that it
-/// is. The lateral pressure differs from it where the fluid is layered.
+/// In a stationary column the normal pressure equals the weight of the column at every height, also
+/// in the layers at the walls. Comparing the two tests whether the column is stationary. The
+/// lateral pressure differs from the normal pressure in the layers.
 #[derive(Debug, Clone)]
 pub struct ChainPressureProfile {
     run: OneRun,
     bins: HeightBins,
-    /// The bins, each divided evenly into stretches in which the temperature is one number.
+    /// The bins, each divided into stretches of constant temperature.
     stretches: HeightBins,
-    /// Of the scene in the middles of the stretches; empty before the first frame.
+    /// Temperatures in the middles of the stretches; empty before the first frame.
     temperatures: Vec<f64>,
-    /// Of the interval under way: Σ s q of vertical and of lateral chains in all stretches, and the
-    /// two path lengths.
+    /// Current interval: Σ s q of vertical and of lateral chains in all stretches, and the two path
+    /// lengths.
     collisions: Vec<f64>,
     paths: [f64; 2],
-    /// Scratch for what is averaged: Σ T s q of vertical and of lateral chains in all bins, Σ T of
+    /// Scratch for one sample: Σ T s q of vertical and of lateral chains in all bins, Σ T of
     /// spheres in all bins, and the two path lengths.
     sample: Vec<f64>,
     particles: f64,
-    /// Sweeps that ended with an error, up to the last frame.
+    /// Number of incomplete sweeps up to the last frame.
     incomplete: u64,
     averages: BlockAverages,
 }
 
-/// Means of one bin over all frames, or over those that a jackknife leaves; see
+/// Mean pressures of one bin, over all frames or over a jackknife sample of them; see
 /// [`ChainPressureProfile::jackknife`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct BinPressures {
-    /// Middle of the bin.
+    /// Middle of the bin, in diameters.
     pub height: f64,
     /// Normal pressure `P_xx`, in m g/d².
     pub normal: f64,
-    /// Lateral pressure, the mean of `P_yy` and `P_zz`.
+    /// Lateral pressure, the mean of `P_yy` and `P_zz`, in m g/d².
     pub lateral: f64,
 }
 
-/// Pressures in one bin.
+/// Pressures in one bin, with standard errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct ChainPressurePoint {
-    /// Middle of the bin.
+    /// Middle of the bin, in diameters.
     pub height: f64,
     /// Normal pressure `P_xx`, in m g/d².
     pub normal: Estimate,
-    /// Lateral pressure, the mean of `P_yy` and `P_zz`.
+    /// Lateral pressure, the mean of `P_yy` and `P_zz`, in m g/d².
     pub lateral: Estimate,
 }
 
 impl ChainPressureProfile {
-    /// A profile over `bins` of the heights of `slab`.
+    /// Makes an empty profile with `bins` over the heights of `slab`.
     ///
     /// # Errors
     /// Those of [`Bins`].
     pub fn new(slab: &Slab, bins: Bins) -> Result<Self, Error> {
-        /// Longest stretch in which the temperature is one number, in diameters.
+        /// Longest stretch of constant temperature, in diameters.
         const STRETCH: f64 = 0.125;
         let bins = bins.of(slab)?;
         let components = 3 * bins.count() + 2;
@@ -104,17 +102,17 @@ impl ChainPressureProfile {
         })
     }
 
-    /// Frames observed.
+    /// Number of frames observed.
     #[must_use]
     pub fn observations(&self) -> u64 {
         self.averages.observations()
     }
 
-    /// The profile, upwards, with errors by the jackknife. A pressure is NaN if no chain ran along
-    /// its axes, or if no center can be in the bin.
+    /// The profile, from the lowest bin upwards, with errors by the jackknife. A pressure is NaN if
+    /// no chain ran along its axes, or if the bin is not accessible to centers.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 frames.
+    /// [`Error::TooFewObservations`] for fewer than 16 frames.
     pub fn points(&self) -> Result<Vec<ChainPressurePoint>, Error> {
         let pressures = self
             .jackknife(|bins| bins.iter().flat_map(|bin| [bin.normal, bin.lateral]).collect::<Vec<f64>>())?;
@@ -124,12 +122,12 @@ impl ChainPressureProfile {
             .collect())
     }
 
-    /// Any function of the pressures of all bins, upwards, with errors by the jackknife over
-    /// blocks: means over groups of bins, differences from the weight of the column, fits.
-    /// `function` must return the same number of values each time.
+    /// Values of any `function` of the pressures of all bins, with errors by the jackknife over
+    /// blocks: for example means over groups of bins, or fits. `function` gets the bins upwards and
+    /// must always return the same number of values.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 frames.
+    /// [`Error::TooFewObservations`] for fewer than 16 frames.
     pub fn jackknife<R: AsRef<[f64]>>(
         &self,
         mut function: impl FnMut(&[BinPressures]) -> R,
@@ -140,7 +138,7 @@ impl ChainPressureProfile {
             let (sums, paths) = means.split_at(3 * bins);
             pressures.clear();
             pressures.extend(self.bins.centers().enumerate().map(|(bin, height)| {
-                // 0/0 where no center can be.
+                // 0/0 in a bin that is not accessible.
                 let volume = self.bins.accessible_volume(bin);
                 let pressure = |axis: usize| {
                     let transferred = self.particles * sums[axis * bins + bin] / paths[axis];
@@ -177,7 +175,8 @@ impl Observer for ChainPressureProfile {
         }
         let incomplete = frame.move_counts().incomplete_sweeps;
         if std::mem::replace(&mut self.incomplete, incomplete) != incomplete {
-            // A chain that ended with an error has collisions and no length.
+            // The length of a chain that ended with an error is not recorded, so its collisions are
+            // dropped.
             self.collisions.fill(0.0);
             self.paths = [0.0; 2];
         }

@@ -1,4 +1,4 @@
-//! Number density against height.
+//! Profile of the number density.
 
 use super::bins::{Bins, HeightBins, Place};
 use super::diagnostics;
@@ -6,13 +6,12 @@ use super::one_run::OneRun;
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Error, Frame, Merge, Observer, ObserverError, Slab, Warning};
 
-/// Number density n(x) in bins of equal height.
+/// Number density n(x) in bins of equal height, in inverse cubic diameters.
 ///
 /// The density of a bin is the mean number of centers in it over its volume A Δx, as in the paper
-/// (doi:10.1103/PhysRevE.83.061306): exact as the mean of n(x) over the bin. Centers live in
-/// `[0.5, height − 0.5]`, so a bin that reaches over such an edge is partly inaccessible and its
-/// density correspondingly low; [`Bins::from`] puts an edge where the centers begin, as the contact
-/// density n(0.5⁺) needs.
+/// (doi:10.1103/PhysRevE.83.061306). It is the exact mean of n(x) over the bin. Centers are in
+/// `[0.5, height − 0.5]`, so the density of a bin that extends beyond these limits is too low. To
+/// measure the contact density n(0.5⁺), begin the bins at 0.5 with [`Bins::from`].
 ///
 /// ```
 /// use gradient_mc::observers::{Bins, DensityProfile};
@@ -34,12 +33,12 @@ pub struct DensityProfile {
     averages: BlockAverages,
 }
 
-/// Density of one bin.
+/// Density of one bin, with standard errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct DensityPoint {
-    /// Middle of the bin.
+    /// Middle of the bin, in diameters.
     pub height: f64,
     /// Number density, in inverse cubic diameters.
     pub number_density: Estimate,
@@ -48,7 +47,7 @@ pub struct DensityPoint {
 }
 
 impl DensityProfile {
-    /// A profile over `bins` of the heights of `slab`.
+    /// Makes an empty profile with `bins` over the heights of `slab`.
     ///
     /// # Errors
     /// Those of [`Bins`].
@@ -58,13 +57,13 @@ impl DensityProfile {
         Ok(Self { run: OneRun::in_slab(slab), bins, counts: vec![0.0; bins.count()], averages })
     }
 
-    /// Frames observed.
+    /// Number of frames observed.
     #[must_use]
     pub fn observations(&self) -> u64 {
         self.averages.observations()
     }
 
-    /// Mean number density of every bin, upwards, without errors: for a running simulation. NaN
+    /// Mean number density of every bin, upwards, without standard errors, also for short runs. NaN
     /// before the first frame.
     #[must_use]
     pub fn means(&self) -> Vec<f64> {
@@ -72,10 +71,10 @@ impl DensityProfile {
         self.averages.mean().into_iter().map(|count| count / volume).collect()
     }
 
-    /// The profile, upwards.
+    /// The profile, from the lowest bin upwards.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 frames.
+    /// [`Error::TooFewObservations`] for fewer than 16 frames.
     pub fn points(&self) -> Result<Vec<DensityPoint>, Error> {
         let volume = self.bins.volume();
         let counts = self.averages.estimates_of_rows(&[super::ALIKE_COUNTS])?;
@@ -90,20 +89,20 @@ impl DensityProfile {
         Ok(points.collect())
     }
 
-    /// Warnings about single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base
-    /// up to where 1 % of the spheres seen is left. Above that, and in a vacuum, bins are empty
-    /// by right. [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than
-    /// 2.5 independent configurations, as a run is judged; [`Warning::ReplicasDisagree`] where
-    /// merged replicas do.
+    /// Warnings about bins below the top 1 % of the spheres: [`Warning::EmptyBins`] and
+    /// [`Warning::ThinBins`] for empty and rarely occupied bins; [`Warning::CorrelatedBins`] if the
+    /// effective number of independent configurations is below 2.5 in one of four parts of the
+    /// column; [`Warning::ReplicasDisagree`] if merged replicas differ.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         diagnostics::of_bins(&self.bins, &self.averages)
     }
 
-    /// Any function of the bins' number densities, with errors by jackknife over blocks.
+    /// Values of any `function` of the number densities of all bins, with errors by the jackknife
+    /// over blocks.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 frames.
+    /// [`Error::TooFewObservations`] for fewer than 16 frames.
     pub fn jackknife<R: AsRef<[f64]>>(
         &self,
         mut function: impl FnMut(&[f64]) -> R,
@@ -117,7 +116,7 @@ impl DensityProfile {
         })
     }
 
-    /// Where centers begin.
+    /// Lowest possible height of a center.
     pub(super) fn lowest_center(&self) -> f64 {
         self.bins.lowest_center()
     }

@@ -1,27 +1,25 @@
-//! Bins that say nothing, or too little.
+//! Warnings about bins with too few data.
 
 use super::bins::HeightBins;
 use crate::Warning;
 use crate::statistics::{BlockAverages, FEWEST_INDEPENDENT, MINIMUM_BLOCKS};
 use crate::warning::Disagreement;
 
-/// Bins above the lowest so many of all spheres are the thin top of the column, where some are
-/// empty by right.
+/// Fraction of the spheres, from the base, that defines the column. Bins above may be empty.
 const COLUMN: f64 = 0.99;
 
-/// Parts of the column, each with a memory of its own.
+/// Number of parts of the column, each with its own autocorrelation time.
 const PARTS: usize = 4;
 
-/// What is wrong with bins whose counts are the first components of `averages`; each further kind
-/// of component has one for every bin.
+/// Warnings about bins whose counts are the first components of `averages`; other quantities
+/// follow, one for every bin.
 ///
-/// Judged are the bins in which a center can be, from the base up to where 1 % of the spheres seen
-/// is left.
+/// Only accessible bins below the top 1 % of the spheres are judged.
 pub(super) fn of_bins(bins: &HeightBins, averages: &BlockAverages) -> Vec<Warning> {
     let mut counts = averages.mean();
     counts.truncate(bins.count());
     if averages.observations() == 0 {
-        // Not yet numbers.
+        // Before the first frame the means are NaN.
         counts.fill(0.0);
     }
     let total: f64 = counts.iter().sum();
@@ -38,7 +36,7 @@ pub(super) fn of_bins(bins: &HeightBins, averages: &BlockAverages) -> Vec<Warnin
         occupied.iter_mut().zip(&block).for_each(|(occupied, &count)| *occupied += usize::from(count > 0.0));
     }
     let (empty, seen): (Vec<usize>, Vec<usize>) = column.partition(|&bin| counts[bin] == 0.0);
-    // In a run of fewer blocks nothing has an error bar.
+    // A run with fewer blocks has no error bars at all.
     let is_thin = |bin: &usize| blocks >= MINIMUM_BLOCKS && occupied[*bin] < MINIMUM_BLOCKS;
     let (thin, known): (Vec<usize>, Vec<usize>) = seen.into_iter().partition(is_thin);
     let middle = |bin: usize| bins.centers().nth(bin).unwrap_or(f64::NAN);
@@ -79,17 +77,17 @@ pub(super) fn of_bins(bins: &HeightBins, averages: &BlockAverages) -> Vec<Warnin
     warnings
 }
 
-/// Bins so wide that the equation of state of their means is not that of any height in them; the
-/// worst.
+/// A warning for the worst bin that is too wide for a local equation of state.
 ///
-/// Over a bin in which ln n changes by Δ and ln T by Θ, the mean of nTZ is off by some (Δ² + 2
-/// |ΔΘ|)/24 of itself.
+/// In a bin in which ln n changes by Δ and ln T by Θ, the relative error of nTZ from the means is
+/// about (Δ² + 2 |ΔΘ|)/24.
 pub(super) fn too_wide(bins: &HeightBins, averages: &BlockAverages, temperatures: &[f64]) -> Option<Warning> {
-    /// Narrower ones resolve the layers at a wall, where no local equation holds anyway.
+    /// Narrower bins are not judged: they resolve the layers at a wall, where no local equation
+    /// holds.
     const LAYER: f64 = 1.0;
-    /// A relative error that matters.
+    /// Smallest relative error that is reported.
     const LARGEST_BIAS: f64 = 0.005;
-    /// Fewer spheres do not tell a slope from noise.
+    /// Smallest number of spheres for a slope that is larger than noise.
     const FEWEST: f64 = 1000.0;
     let bin_width = bins.volume() / bins.base_area();
     if bin_width < LAYER || averages.observations() == 0 {

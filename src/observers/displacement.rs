@@ -1,58 +1,57 @@
-//! Mobility against height.
+//! Profile of the mobility of spheres.
 
 use super::bins::{Bins, HeightBins, Place};
 use super::one_run::OneRun;
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{AcceptedMove, Error, Frame, Merge, MoveCounts, Observer, ObserverError, Recorder, Slab};
 
-/// How far spheres move, against the height at which a move begins.
+/// Mobility of spheres as a function of the height at which a move begins.
 ///
-/// The paper's local mobility is the mean length of accepted displacements in a bin
-/// (doi:10.1103/PhysRevE.83.061306, figs. 5, 12 and 15): it drops where the system freezes. Since
-/// it leaves out how seldom a move is accepted, the path and the number of accepted moves per
-/// sphere and sweep are measured too.
+/// The local mobility of the paper is the mean length of accepted displacements in a bin
+/// (doi:10.1103/PhysRevE.83.061306, figs. 5, 12 and 15). It is small in a frozen part. It does not
+/// contain the acceptance; therefore path length and number of accepted moves per sphere and sweep
+/// are measured too.
 ///
-/// Lengths are those of the moves in use: the paper's are of local moves with S = 0.75, and 0.25 in
-/// the strongest field.
+/// The values depend on the moves. Those of the paper are for local moves with S = 0.75, and 0.25
+/// in the strongest field.
 ///
-/// Accepted moves are counted as they happen, the spheres of a bin when a frame is observed. What
-/// is observed is therefore *intervals*: the moves since the previous frame. Moves before the first
-/// frame count for nothing, nor does an interval in which the simulation ran without this observer
-/// or a sweep ended with an error.
+/// An observation is an interval between two frames: the moves of the interval, and the spheres of
+/// each bin at its end. Moves before the first frame are not counted. Intervals are dropped if the
+/// simulation ran without this observer, or if a sweep ended with an error.
 #[derive(Debug, Clone)]
 pub struct DisplacementProfile {
     run: OneRun,
     bins: HeightBins,
-    /// Of the interval that is being recorded: path length in all bins, accepted moves in all bins,
-    /// and, filled when it ends, spheres times sweeps in all bins.
+    /// Current interval: path length in all bins, accepted moves in all bins and, set at its end,
+    /// spheres times sweeps in all bins.
     sample: Vec<f64>,
-    /// Moves recorded in it, outside the bins as well.
+    /// Number of moves recorded in the interval, also outside the bins.
     recorded: u64,
-    /// Sweep number and moves at the frame where it began.
+    /// Sweep number and move counts at the beginning of the interval.
     start: Option<(u64, MoveCounts)>,
     averages: BlockAverages,
 }
 
-/// Mobility in one bin.
+/// Mobility in one bin, with standard errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct DisplacementPoint {
-    /// Middle of the bin.
+    /// Middle of the bin, in diameters.
     pub height: f64,
-    /// Mean length of an accepted displacement, in diameters: the paper's Δr per Monte Carlo step.
-    /// NaN where none was accepted.
+    /// Mean length of an accepted displacement, in diameters (Δr per Monte Carlo step in the
+    /// paper). NaN if none was accepted.
     pub mean_displacement: Estimate,
-    /// Length of the path of a sphere in one sweep: the sum of its accepted displacements. NaN
-    /// where no sphere was seen.
+    /// Path length of a sphere in one sweep, in diameters: the sum of its accepted displacements.
+    /// NaN if the bin was always empty.
     pub path_per_sweep: Estimate,
-    /// Accepted moves of a sphere in one sweep; for local moves, one trial per sphere and sweep,
-    /// this is the acceptance at this height. NaN where no sphere was seen.
+    /// Number of accepted moves of a sphere in one sweep. For local moves, with one trial per
+    /// sphere and sweep, this is the acceptance at this height. NaN if the bin was always empty.
     pub accepted_per_sweep: Estimate,
 }
 
 impl DisplacementProfile {
-    /// A profile over `bins` of the heights of `slab`.
+    /// Makes an empty profile with `bins` over the heights of `slab`.
     ///
     /// # Errors
     /// Those of [`Bins`].
@@ -69,16 +68,16 @@ impl DisplacementProfile {
         })
     }
 
-    /// Intervals observed: frames but the first, unless there were gaps.
+    /// Number of intervals observed: one less than the number of frames, if none was dropped.
     #[must_use]
     pub fn observations(&self) -> u64 {
         self.averages.observations()
     }
 
-    /// The profile, upwards; errors of these ratios are by the jackknife.
+    /// The profile, from the lowest bin upwards, with errors by the jackknife.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 intervals.
+    /// [`Error::TooFewObservations`] for fewer than 16 intervals.
     pub fn points(&self) -> Result<Vec<DisplacementPoint>, Error> {
         let bins = self.bins.count();
         let ratios = self.averages.jackknife(|means| {
@@ -97,7 +96,7 @@ impl DisplacementProfile {
     }
 }
 
-/// A bin through which spheres passed but in which no frame saw one says nothing about rates.
+/// A rate is unknown in a bin with moves but without a sphere in any frame.
 fn finite_or_nan(ratio: f64) -> f64 {
     if ratio.is_finite() { ratio } else { f64::NAN }
 }
@@ -117,12 +116,13 @@ impl Observer for DisplacementProfile {
         self.run.admit(frame)?;
         if let Some((start_sweep, start)) = self.start {
             let sweeps = frame.sweep() - start_sweep;
-            // Fewer recorded than the simulation counted: it ran without this observer in between.
+            // If the simulation counted more moves than were recorded, it ran without this observer
+            // in between.
             let moves = frame.move_counts().since(&start);
             let complete = moves.displacements() <= self.recorded && moves.incomplete_sweeps == 0;
             if complete {
-                // The occupation at the end stands for that of the interval: equal on average in a
-                // steady state.
+                // The occupation at the end is used for the whole interval; in a steady state both
+                // are equal on average.
                 let exposures = &mut self.sample[2 * self.bins.count()..];
                 for height in frame.heights() {
                     if let Place::Inside(bin, _) = self.bins.locate(height) {

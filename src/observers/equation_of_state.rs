@@ -1,4 +1,4 @@
-//! Density and pressure together: the equation of state that one run yields.
+//! Profiles of density and pressure together: the equation of state from one run.
 
 use super::bins::{Bins, HeightBins};
 use super::diagnostics;
@@ -8,26 +8,27 @@ use crate::equation_of_state::{EquationOfState, packing_fraction};
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Error, Frame, Merge, Observer, ObserverError, Slab, Warning};
 
-/// Density and pressure in the same bins of the same frames, so that P/(nT) comes with an error
-/// that knows how the two are correlated.
+/// Density and pressure in the same bins, and Z = P/(nT) with an error that includes the
+/// correlation of the two.
 ///
 /// Density and pressure are means over bins as in [`DensityProfile`](super::DensityProfile) and
 /// [`PressureProfile`](super::PressureProfile); the temperature is that of the scene at the middle
-/// of the bin. Comparing such means with a local equation of state P = n T Z(η) neglects curvature
-/// within a bin, of relative order (Δx d ln n/dx)²/24: 2·10⁻⁵ for bins of half a diameter and a
-/// density that falls by e in 20 diameters; and that density and temperature change together, Δx²
-/// (d ln n/dx)(d ln T/dx)/12 ([`warnings`](Self::warnings)). It also holds only where the density
-/// varies slowly over a diameter: not in the layers at the base, nor in a bin that reaches over the
-/// half diameter at a wall where no center can be.
+/// of the bin. Comparing means over bins with a local equation of state P = n T Z(η) has a relative
+/// error of (Δx d ln n/dx)²/24 from the curvature of the density (2·10⁻⁵ for bins of half a
+/// diameter and a density that decreases by e in 20 diameters), and of Δx² (d ln n/dx)(d ln
+/// T/dx)/12 from the common change of density and temperature. [`warnings`](Self::warnings) reports
+/// bins that are too wide. A local equation of state holds only where the density varies slowly
+/// over a diameter: not in the layers at the base, and not in bins that extend into the half
+/// diameter at a wall.
 ///
-/// Where a bin was always empty, what is divided by its density is NaN; where only one block of
-/// frames saw a sphere in it, the error is.
+/// In a bin that was always empty, quantities divided by its density are NaN. If it was occupied in
+/// only one block of frames, their errors are NaN.
 #[derive(Debug, Clone)]
 pub struct EquationOfStateProfile {
     run: OneRun,
     bins: HeightBins,
     open_end: OpenEnd,
-    /// Of the scene at the middles of the bins; empty before the first frame.
+    /// Temperatures at the middles of the bins; empty before the first frame.
     temperatures: Vec<f64>,
     weights: Vec<f64>,
     /// Numbers in all bins, then weights above all bins.
@@ -35,14 +36,14 @@ pub struct EquationOfStateProfile {
     averages: BlockAverages,
 }
 
-/// What one bin says about the equation of state.
+/// State of one bin, with standard errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct EquationOfStatePoint {
-    /// Middle of the bin.
+    /// Middle of the bin, in diameters.
     pub height: f64,
-    /// Temperature there, in m g d.
+    /// Temperature at the middle of the bin, in m g d.
     pub temperature: f64,
     /// Number density, in inverse cubic diameters.
     pub number_density: Estimate,
@@ -50,19 +51,19 @@ pub struct EquationOfStatePoint {
     pub packing_fraction: Estimate,
     /// Pressure, in m g/d².
     pub pressure: Estimate,
-    /// Z = P/(nT), its error by the jackknife.
+    /// Compressibility factor Z = P/(nT), with its error by the jackknife.
     pub compressibility_factor: Estimate,
 }
 
-/// Means of one bin over all frames, or over those that a jackknife leaves; see
+/// Means of one bin, over all frames or over a jackknife sample of them; see
 /// [`EquationOfStateProfile::jackknife`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct BinState {
-    /// Middle of the bin.
+    /// Middle of the bin, in diameters.
     pub height: f64,
-    /// Temperature there, in m g d.
+    /// Temperature at the middle of the bin, in m g d.
     pub temperature: f64,
     /// Number density, in inverse cubic diameters.
     pub number_density: f64,
@@ -70,22 +71,23 @@ pub struct BinState {
     pub pressure: f64,
 }
 
-/// How far one bin is from an equation of state.
+/// Deviation of one bin from an equation of state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct DeviationPoint {
-    /// Middle of the bin.
+    /// Middle of the bin, in diameters.
     pub height: f64,
     /// Packing fraction πn/6.
     pub packing_fraction: Estimate,
-    /// P/(n T Z(η)) − 1 with sign; its error, by the jackknife, includes that of the η at which Z
-    /// is taken. The paper's δ (eq. 33) is the magnitude.
+    /// P/(n T Z(η)) − 1. Its error, by the jackknife, includes that of the packing fraction at
+    /// which Z is evaluated. The δ of the paper (eq. 33) is the magnitude.
     pub deviation: Estimate,
 }
 
 impl EquationOfStateProfile {
-    /// A profile over `bins` of the heights of `slab`; spheres above them weigh on them.
+    /// Makes an empty profile with `bins` over the heights of `slab`. Spheres above the bins
+    /// contribute to the pressure.
     ///
     /// # Errors
     /// Those of [`Bins`].
@@ -103,17 +105,17 @@ impl EquationOfStateProfile {
         })
     }
 
-    /// Sets the pressure on the wall at the [open end](crate::Scene::open_end), a number that is
-    /// exact or an estimate; it may be set after the run, since it is added to the results. Its
-    /// error is taken to have nothing to do with that of the weights.
+    /// Sets the pressure on the wall at the [open end](crate::Scene::open_end), in m g/d², as an
+    /// exact number or an estimate. It is added to the results, so it may be set after the run. Its
+    /// error is treated as independent of that of the weights.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] unless finite.
+    /// [`Error::InvalidParameter`] if it is not finite.
     pub fn set_open_end_pressure(&mut self, pressure: impl Into<Estimate>) -> Result<(), Error> {
         self.open_end.set(pressure.into())
     }
 
-    /// Frames observed.
+    /// Number of frames observed.
     #[must_use]
     pub fn observations(&self) -> u64 {
         self.averages.observations()
@@ -127,7 +129,7 @@ impl EquationOfStateProfile {
     }
 
     /// A function of the averages of all bins and the pressure at the open end, with errors by the
-    /// jackknife and, to first order, by that of this pressure; rows as of
+    /// jackknife and, to first order, from the error of this pressure; rows as in
     /// [`BlockAverages::jackknife_of_rows`].
     fn estimates<R: AsRef<[f64]>>(
         &self,
@@ -148,10 +150,10 @@ impl EquationOfStateProfile {
         Ok(estimates)
     }
 
-    /// The measured states, upwards.
+    /// The measured states, from the lowest bin upwards.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 frames.
+    /// [`Error::TooFewObservations`] for fewer than 16 frames.
     pub fn points(&self) -> Result<Vec<EquationOfStatePoint>, Error> {
         let errors = self.averages.standard_errors_of_rows(&[super::ALIKE_COUNTS, super::ALIKE_WEIGHTS])?;
         let means = self.averages.mean();
@@ -173,7 +175,7 @@ impl EquationOfStateProfile {
         Ok(points.collect())
     }
 
-    /// Deviations P/(n T Z(η)) − 1 from an equation of state, upwards.
+    /// Deviations P/(n T Z(η)) − 1 from an equation of state, from the lowest bin upwards.
     ///
     /// ```
     /// use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa};
@@ -190,7 +192,7 @@ impl EquationOfStateProfile {
     /// ```
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 frames.
+    /// [`Error::TooFewObservations`] for fewer than 16 frames.
     pub fn deviations_from<E: EquationOfState + ?Sized>(
         &self,
         equation_of_state: &E,
@@ -208,13 +210,12 @@ impl EquationOfStateProfile {
         Ok(points.collect())
     }
 
-    /// Warnings about single bins: [`Warning::EmptyBins`] and [`Warning::ThinBins`], from the base
-    /// up to where 1 % of the spheres seen is left. Above that, and in a vacuum, bins are empty
-    /// by right. [`Warning::CorrelatedBins`] where a quarter of those bins has seen fewer than
-    /// 2.5 independent configurations, as a run is judged; [`Warning::ReplicasDisagree`] where
-    /// merged replicas do. [`Warning::WideBins`] where the density changes too much within one.
-    /// [`Warning::LidTooLow`] if the wall at the open end bears a part of the largest pressure, and
-    /// nobody has set how much.
+    /// Warnings about bins below the top 1 % of the spheres: [`Warning::EmptyBins`] and
+    /// [`Warning::ThinBins`] for empty and rarely occupied bins; [`Warning::CorrelatedBins`] if the
+    /// effective number of independent configurations is below 2.5 in one of four parts of the
+    /// column; [`Warning::ReplicasDisagree`] if merged replicas differ; [`Warning::WideBins`] if
+    /// the density changes too much within a bin. [`Warning::LidTooLow`] if the wall at the open
+    /// end carries pressure that was not set.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let mut warnings = diagnostics::of_bins(&self.bins, &self.averages);
@@ -226,9 +227,9 @@ impl EquationOfStateProfile {
         warnings
     }
 
-    /// Any function of the states of all bins, upwards, with errors by the jackknife over blocks:
-    /// means over groups of bins, fits, integrals. `function` must return the same number of
-    /// values each time.
+    /// Values of any `function` of the states of all bins, with errors by the jackknife over
+    /// blocks: for example means over groups of bins, fits or integrals. `function` gets the bins
+    /// upwards and must always return the same number of values.
     ///
     /// ```
     /// use gradient_mc::observers::{Bins, BinState, EquationOfStateProfile};
@@ -248,7 +249,7 @@ impl EquationOfStateProfile {
     /// ```
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 frames.
+    /// [`Error::TooFewObservations`] for fewer than 16 frames.
     pub fn jackknife<R: AsRef<[f64]>>(
         &self,
         mut function: impl FnMut(&[BinState]) -> R,
@@ -265,14 +266,14 @@ impl EquationOfStateProfile {
         })
     }
 
-    /// Deviations from an equation of state over ranges of heights: the sum of P over that of n T
-    /// Z, less 1, of the bins whose middles lie in `[low, high)`. NaN where there are none.
+    /// Deviations from an equation of state over ranges of heights: ΣP/Σ(n T Z) − 1 over the bins
+    /// whose middles are in `[low, high)`. NaN if there are none.
     ///
-    /// Sums of narrow bins have neither their noise nor the curvature that a wide bin averages
-    /// over.
+    /// Sums over narrow bins have less noise than single bins, without the curvature error of wide
+    /// bins.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 frames.
+    /// [`Error::TooFewObservations`] for fewer than 16 frames.
     pub fn deviations_over<E: EquationOfState + ?Sized>(
         &self,
         ranges: &[[f64; 2]],
@@ -294,12 +295,13 @@ impl EquationOfStateProfile {
     }
 
     /// A function of packing fraction, density, pressure and temperature for every bin, with its
-    /// error; NaN where there never was a sphere.
+    /// error; NaN for a bin that was always empty.
     fn ratios(&self, function: impl Fn(f64, f64, f64, f64) -> f64) -> Result<Vec<Estimate>, Error> {
         self.estimates(&[super::ALIKE_COUNTS], |means, end| {
             let states = self.temperatures.iter().enumerate().map(|(bin, &temperature)| {
                 let (density, pressure) = self.state(means, end, bin);
-                // Counts are whole numbers: without the only block that saw a sphere this is exactly zero.
+                // Counts are whole numbers, so this is exactly zero without the only occupied
+                // block.
                 if density > 0.0 {
                     function(packing_fraction(density), density, pressure, temperature)
                 } else {
@@ -311,7 +313,7 @@ impl EquationOfStateProfile {
     }
 }
 
-/// The pressure at the open end stays this one's.
+/// The pressure at the open end of `self` is kept.
 impl Merge for EquationOfStateProfile {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;

@@ -1,24 +1,24 @@
-//! Trajectories that other programs read.
+//! Trajectories as text, in the extended XYZ format.
 
 use crate::{Frame, Observer, ObserverError};
 use std::io::Write;
 #[cfg(feature = "checkpoint")]
 use std::io::{Seek as _, SeekFrom};
 
-/// Writes every frame that it sees as extended XYZ, which OVITO, ASE and others read.
+/// Writes every frame in the extended XYZ format, which OVITO, ASE and others read.
 ///
 /// A frame is the number of spheres, a line with the box, and a line for each sphere: the species
-/// `X`, the center x, y, z in diameters with x up, and the radius 0.5. The box reaches from wall to
+/// `X`, the center x, y, z in diameters with x up, and the radius 0.5. The box extends from wall to
 /// wall and is periodic along y and z (`pbc="F T T"`); `sweep` is the number of the sweep. Numbers
-/// read back as the same bits, and spheres keep their places in all frames. [`Every`](crate::Every)
-/// writes fewer frames.
+/// read back as the same bits, and the order of the spheres is the same in all frames. Use
+/// [`Every`](crate::Every) to write fewer frames.
 ///
-/// With the feature `checkpoint`, one that writes to a file can be part of a run that goes on where
-/// it was stopped. Open the file by `File::options().create(true).append(true)`, which keeps what
-/// is there.
+/// With the feature `checkpoint`, an `ExtendedXyz` that writes to a file can be part of a run that
+/// is interrupted and continued. Open the file by `File::options().create(true).append(true)`,
+/// which keeps its content.
 ///
-/// A frame is handed to the writer at once, and then flushed: a file needs no buffer. What the
-/// writer returns ends the run as the error of an observer.
+/// A frame is passed to the writer in one call and then flushed, so a file needs no buffer. An
+/// error of the writer ends the run as the error of an observer.
 ///
 /// ```
 /// use gradient_mc::observers::ExtendedXyz;
@@ -40,7 +40,7 @@ pub struct ExtendedXyz<W> {
 }
 
 impl<W: Write> ExtendedXyz<W> {
-    /// Writes frames to `writer`.
+    /// Makes an observer that writes frames to `writer`.
     pub fn new(writer: W) -> Self {
         Self { writer, text: Vec::new() }
     }
@@ -71,19 +71,19 @@ impl<W: Write> Observer for ExtendedXyz<W> {
     }
 }
 
-/// Only of files: a checkpoint keeps how long the file is, and a run that goes on cuts off what was
-/// written later.
+/// For files only: a checkpoint stores the length of the file, and a continued run cuts off what
+/// was written later.
 #[cfg(feature = "checkpoint")]
 impl crate::checkpoint::Persist for ExtendedXyz<std::fs::File> {
     fn persist(&mut self, archive: &mut crate::checkpoint::Archive<'_>) -> Result<(), crate::Error> {
         let file = &mut self.writer;
         let failed = |error: std::io::Error| crate::Error::Custom(error.into());
-        // What a checkpoint counts on has to be on the disk before it.
+        // The frames must be on the disk before the checkpoint.
         file.sync_data().map_err(failed)?;
         let now = file.metadata().map_err(failed)?.len();
         let mut length = now;
         archive.count("bytes", &mut length)?;
-        // A file that has become shorter is not the one that was written.
+        // A file that is shorter than at the checkpoint is not the same file.
         archive.check(length <= now)?;
         if archive.is_reading() {
             file.set_len(length).and_then(|()| file.seek(SeekFrom::Start(length))).map_err(failed)?;

@@ -1,4 +1,4 @@
-//! Trajectories in the format of HOOMD-blue.
+//! Trajectories in the binary format of HOOMD-blue, GSD.
 
 use super::one_run::OneRun;
 use crate::gsd::{
@@ -12,27 +12,29 @@ use std::io::Read as _;
 use std::io::{self, Seek as _, SeekFrom, Write as _};
 use std::path::Path;
 
-/// Writes every frame that it sees as [GSD](https://gsd.readthedocs.io), which `gsd`, OVITO, freud,
-/// `MDAnalysis` and HOOMD-blue read: binary, 36 bytes per sphere, and any frame is found at once.
+/// Writes every frame in the binary format [GSD](https://gsd.readthedocs.io), which `gsd`, OVITO,
+/// freud, `MDAnalysis` and HOOMD-blue read. A frame takes 36 bytes per sphere, and readers can
+/// access any frame directly.
 ///
-/// A frame has the number of the sweep as its step, and the centers twice: in single precision, as
-/// the schema `hoomd` of the format wants it, and exactly, as `log/particles/exact_position`. The
-/// first has besides what is the same in all: box, number, type `X` and diameters of the spheres,
-/// and the exact height and widths of the slab as `log/slab`. A run starts again from a frame by
+/// The step of a frame is the number of the sweep. The centers are stored in single precision, as
+/// the schema `hoomd` of the format requires, and in double precision as
+/// `log/particles/exact_position`. The first frame also stores what is the same in all: box,
+/// number, type `X` and diameters of the spheres, and the exact height and widths of the slab as
+/// `log/slab`. A simulation starts from a frame by
 /// [`TrajectoryFrame`](crate::start::TrajectoryFrame).
 ///
 /// # Box and walls
-/// The box of the format is periodic along all axes and has its middle at the origin. x is up here
-/// too: the slab is in the middle, with its base at x = −height/2 and its lid at height/2, y and z
-/// go from −width/2 to width/2. To keep what is near the base from seeing what is near the lid, the
-/// box is longer than the slab by half the smaller width, shared by both ends. Programs look for
-/// neighbors at most half the smallest width away, so none finds one across the walls. The volume
-/// of the box is that much larger than the slab's. Exact positions are in the coordinates of the
-/// slab: the base at x = 0, y and z from 0.
+/// The box of the format is periodic along all axes and centered at the origin. The height is again
+/// x: the base is at x = −height/2 and the lid at height/2; y and z are from −width/2 to width/2.
+/// The box is longer than the slab by half the smaller width. Programs search for neighbors up to
+/// half the smallest width, so they find none across the walls. The volume of the box is larger
+/// than that of the slab by the same factor. Exact positions are in the coordinates of the slab,
+/// with the base at x = 0, and y and z from 0.
 ///
 /// # Interruptions
-/// A frame enters the index once it is written: a run that is killed leaves a file of whole frames.
-/// With the feature `checkpoint` it can be part of a run that goes on where it was stopped.
+/// A frame is added to the index after it is written, so the file of a killed run has only complete
+/// frames. With the feature `checkpoint` the observer can be part of a run that is interrupted and
+/// continued.
 ///
 /// ```
 /// use gradient_mc::observers::Gsd;
@@ -56,22 +58,21 @@ pub struct Gsd {
     run: OneRun,
     layout: Layout,
     frames: u64,
-    /// What is being written.
+    /// Buffer of the frame that is being written.
     bytes: Vec<u8>,
 }
 
 /// Chunks of every frame.
 const EVERY: [Chunk; 3] = [STEP, POSITION, EXACT_POSITION];
-/// Those of the first besides.
+/// Additional chunks of the first frame.
 const ONCE: [Chunk; 7] = [DIMENSIONS, BOX, PARTICLES, TYPES, TYPE, DIAMETER, SLAB];
-/// Entries for which there is room at first; twice as many whenever they are full.
+/// Capacity of the first index in entries; it doubles whenever it is full.
 const FIRST_INDEX: u64 = 128;
-/// Where the list of names begins, and its length.
+/// Position of the list of names; below, its length.
 const NAMES: u64 = HEADER as u64 + FIRST_INDEX * ENTRY as u64;
 const NAMES_LENGTH: u64 = 4 * NAME as u64;
 
-/// Where everything is in a file of frames of equal size: so nothing need be remembered to go on
-/// with it.
+/// Layout of a file of frames of equal size. All positions follow from the number of frames.
 #[derive(Debug, Clone, Copy, Default)]
 struct Layout {
     particles: u64,
@@ -95,31 +96,31 @@ impl Layout {
         chunks.iter().map(|&chunk| self.bytes(chunk)).sum()
     }
 
-    /// Entries of so many frames.
+    /// Number of entries of this number of frames.
     fn entries(frames: u64) -> u64 {
         if frames == 0 { 0 } else { ONCE.len() as u64 + EVERY.len() as u64 * frames }
     }
 
-    /// How often the index of so many frames was doubled. A new one stands before the frame that
-    /// did not fit.
+    /// Number of times that the index has doubled after this number of frames. The new index is
+    /// written before the frame that did not fit.
     fn doublings(frames: u64) -> u32 {
         Self::entries(frames).div_ceil(FIRST_INDEX).max(1).next_power_of_two().ilog2()
     }
 
-    /// Where the chunks of a frame begin.
+    /// Position of the first chunk of a frame.
     fn data(self, frame: u64) -> u64 {
         let indices = FIRST_INDEX * ENTRY as u64 * ((2 << Self::doublings(frame + 1)) - 2);
         let first = if frame > 0 { self.bytes_of_all(&ONCE) } else { 0 };
         NAMES + NAMES_LENGTH + indices + first + frame * self.bytes_of_all(&EVERY)
     }
 
-    /// Where the index of so many frames is, and for how many entries.
+    /// Position and capacity of the index after this number of frames.
     fn index(self, frames: u64) -> [u64; 2] {
         let room = FIRST_INDEX << Self::doublings(frames);
         if room == FIRST_INDEX {
             return [HEADER as u64, room];
         }
-        // The first frame that did not fit half of it.
+        // The first frame that did not fit the index of half the size.
         let frame = (room / 2 - ONCE.len() as u64) / EVERY.len() as u64;
         [self.data(frame) - room * ENTRY as u64, room]
     }
@@ -143,29 +144,31 @@ impl Layout {
 }
 
 impl Gsd {
-    /// A file, which is made if there is none. What is there is never overwritten: it has to be
-    /// empty, or of the run whose checkpoint is gone on from.
+    /// Opens a file, or creates it. Frames are never overwritten: the file must be empty, or
+    /// written by the run whose checkpoint is continued.
     ///
     /// # Errors
-    /// What the system says.
+    /// The error of the system.
     pub fn open(path: impl AsRef<Path>) -> io::Result<Self> {
         let file = File::options().read(true).write(true).create(true).truncate(false).open(path)?;
         Ok(Self { file, run: OneRun::default(), layout: Layout::default(), frames: 0, bytes: Vec::new() })
     }
 
-    /// Frames written.
+    /// Number of frames written.
     #[must_use]
     pub fn frames(&self) -> u64 {
         self.frames
     }
 
-    /// What is there belongs to somebody.
+    /// Refuses a file that is not empty.
     fn require_empty(&self) -> io::Result<()> {
         let length = self.file.metadata()?.len();
         if self.frames > 0 || length == 0 {
             return Ok(());
         }
-        let what = format!("the file of the trajectory holds {length} bytes: take another, or remove it");
+        let what = format!(
+            "the file of the trajectory already holds {length} bytes: use another file, or remove this one"
+        );
         Err(io::Error::new(io::ErrorKind::AlreadyExists, what))
     }
 
@@ -174,7 +177,7 @@ impl Gsd {
         self.file.write_all(bytes)
     }
 
-    /// What precedes the first frame: header, an empty index, names.
+    /// The bytes before the first frame: header, an empty index, names.
     fn preamble(&self) -> Vec<u8> {
         let mut bytes = self.layout.header(0).to_vec();
         bytes.resize(usize::try_from(NAMES).unwrap_or_default(), 0);
@@ -185,7 +188,7 @@ impl Gsd {
         bytes
     }
 
-    /// Puts the chunks of a frame together.
+    /// Writes the chunks of a frame to the buffer.
     fn gather(&mut self, frame: &Frame<'_>) {
         let bytes = &mut self.bytes;
         bytes.clear();
@@ -200,7 +203,7 @@ impl Gsd {
             return;
         }
         bytes.push(3);
-        // Half the smaller width: as far as neighbors are looked for.
+        // Programs search for neighbors up to half the smaller width.
         let length = height + 0.5 * width_y.min(width_z);
         let walled = [length, width_y, width_z, 0.0, 0.0, 0.0];
         bytes.extend(walled.map(single).into_iter().flat_map(f32::to_le_bytes));
@@ -236,7 +239,7 @@ impl Observer for Gsd {
         let written = self.write_at(layout.data(frames), &bytes);
         self.bytes = bytes;
         written?;
-        // Only now, since readers follow them.
+        // After the data, because readers follow these positions.
         if grows {
             self.write_at(0, &layout.header(frames + 1))?;
         }
@@ -246,7 +249,7 @@ impl Observer for Gsd {
     }
 }
 
-/// A checkpoint keeps how many frames there are, and a run that goes on cuts off what was written
+/// A checkpoint stores the number of frames, and a continued run cuts off frames that were written
 /// later.
 #[cfg(feature = "checkpoint")]
 impl crate::checkpoint::Persist for Gsd {
@@ -255,14 +258,14 @@ impl crate::checkpoint::Persist for Gsd {
         if !archive.is_reading() {
             self.require_empty().map_err(failed)?;
         }
-        // What a checkpoint counts on has to be on the disk before it.
+        // The frames must be on the disk before the checkpoint.
         self.file.sync_data().map_err(failed)?;
         archive.part("run", &mut self.run)?;
         archive.count("particles", &mut self.layout.particles)?;
         archive.count("frames", &mut self.frames)?;
         if archive.is_reading() {
             let now = self.file.metadata().map_err(failed)?.len();
-            // A file that has become shorter is not the one that was written.
+            // A file that is shorter than at the checkpoint is not the same file.
             archive.check(self.frames == 0 || (1..=now / 36).contains(&self.layout.particles))?;
             archive.check(self.frames <= now / self.layout.bytes_of_all(&EVERY))?;
             archive.check(self.layout.length(self.frames) <= now)?;
@@ -275,7 +278,7 @@ impl crate::checkpoint::Persist for Gsd {
 
 #[cfg(feature = "checkpoint")]
 impl Layout {
-    /// Length of a file of so many frames.
+    /// Length of a file with this number of frames.
     fn length(self, frames: u64) -> u64 {
         let Some(last) = frames.checked_sub(1) else { return 0 };
         let first = if last == 0 { self.bytes_of_all(&ONCE) } else { 0 };
@@ -285,7 +288,8 @@ impl Layout {
 
 #[cfg(feature = "checkpoint")]
 impl Gsd {
-    /// Whether the file begins as one that is written here, wherever its index is by now.
+    /// Whether the beginning of the file is that of a file of this observer, for any position of
+    /// the index.
     fn is_ours(&mut self) -> io::Result<bool> {
         let (mut found, expected) = ([0; HEADER], self.layout.header(self.frames));
         self.file.rewind()?;
@@ -293,8 +297,7 @@ impl Gsd {
         Ok(found[..8] == expected[..8] && found[24..] == expected[24..])
     }
 
-    /// Makes the file what it was when there were as many frames as there are now. Readers find it
-    /// whole at any moment.
+    /// Cuts the file back to the current number of frames. It is valid for readers at any time.
     fn go_back(&mut self) -> io::Result<()> {
         let (layout, frames) = (self.layout, self.frames);
         if frames > 0 {

@@ -1,4 +1,4 @@
-//! Hexagonal order in the plane of a layer.
+//! Hexatic order in the plane of a layer.
 
 use super::bins::HeightBins;
 use super::neighbors::Neighbors;
@@ -7,13 +7,14 @@ use super::radial_distribution::in_the_plane;
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
 
-/// Hexatic order of the spheres in a range of heights: ψ₆ = mean of e^{6iθ} over the directions θ
-/// of a sphere's neighbors in the plane (Nelson and Halperin, doi:10.1103/PhysRevB.19.2457).
+/// Hexatic order of the spheres in a range of heights: ψ₆ of a sphere is the mean of e^{6iθ} over
+/// the directions θ of its neighbors in the plane (Nelson and Halperin,
+/// doi:10.1103/PhysRevB.19.2457).
 ///
-/// For the layer at a wall, where [`BondOrder`](super::BondOrder) cannot say anything. Neighbors of
-/// a sphere are the others of the range within a lateral distance; their number must not depend
-/// much on it, so it should lie in the first minimum of g(r), and the range should hold the whole
-/// layer, 0.5 to 1 for the first.
+/// Use it for the layer at a wall, which [`BondOrder`](super::BondOrder) does not classify. The
+/// neighbors of a sphere are the other spheres of the range within a lateral distance. Choose this
+/// distance at the first minimum of g(r), and a range that contains the whole layer: heights 0.5 to
+/// 1 for the first layer.
 ///
 /// ```
 /// use gradient_mc::observers::HexaticOrder;
@@ -34,12 +35,12 @@ pub struct HexaticOrder {
 }
 
 impl HexaticOrder {
-    /// Spheres at heights from `low` to `high`, neighbors within the lateral distance
-    /// `neighbor_distance`.
+    /// Makes an observer of the spheres at heights from `low` to `high`, with neighbors within the
+    /// lateral distance `neighbor_distance`, all in diameters.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] unless 0 ≤ low < high ≤ height of the slab, or for a distance
-    /// that is not positive or above half the smaller width.
+    /// [`Error::InvalidParameter`] if not 0 ≤ low < high ≤ height of the slab, or if the distance
+    /// is not positive or above half the smaller width.
     pub fn new(slab: &Slab, low: f64, high: f64, neighbor_distance: f64) -> Result<Self, Error> {
         Ok(Self {
             run: OneRun::in_slab(slab),
@@ -49,26 +50,26 @@ impl HexaticOrder {
         })
     }
 
-    /// Frames observed.
+    /// Number of frames observed.
     #[must_use]
     pub fn observations(&self) -> u64 {
         self.averages.observations()
     }
 
-    /// Mean |ψ₆| of a sphere: 1 if its neighbors are at multiples of 60°, whatever the orientation.
-    /// A sphere without neighbors counts as 0; NaN if no sphere was seen.
+    /// Mean of |ψ₆| over spheres: 1 if all neighbors are at multiples of 60°, in any orientation. A
+    /// sphere without neighbors counts as 0; NaN if the range was always empty.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 frames.
+    /// [`Error::TooFewObservations`] for fewer than 16 frames.
     pub fn local(&self) -> Result<Estimate, Error> {
         self.ratio(1)
     }
 
-    /// Mean |Σψ₆|/M of the M spheres of a frame: near 1 if all share one orientation, of order 1/√M
-    /// if order does not reach far.
+    /// Mean of |Σψ₆|/M over frames, for the M spheres of a frame: near 1 if all have the same
+    /// orientation, of order 1/√M for short-range order.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 frames.
+    /// [`Error::TooFewObservations`] for fewer than 16 frames.
     pub fn global(&self) -> Result<Estimate, Error> {
         self.ratio(2)
     }

@@ -1,4 +1,4 @@
-//! The layers of a density profile: near a wall, and of a crystal.
+//! Layers of a density profile: near a wall, and of a crystal.
 
 use super::{DensityPoint, DensityProfile};
 use crate::Error;
@@ -9,61 +9,61 @@ use crate::statistics::Estimate;
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct Layer {
-    /// Height of the peak: the centroid of what rises above half way from the higher of the minima
-    /// beside it. A peak in the bin where centers begin is the contact peak at the wall, and
-    /// there its position is that height, without error.
+    /// Height of the peak, in diameters: the centroid of the part above half height, measured from
+    /// the higher of the two adjacent minima. A peak in the lowest accessible bin is the contact
+    /// peak at the wall; its position is the contact height, without error.
     pub position: Estimate,
-    /// Distance from the position of the layer below; NaN for the lowest.
+    /// Distance from the position of the layer below, in diameters; NaN for the lowest layer.
     pub spacing: Estimate,
-    /// Mean height of the spheres between the minima.
+    /// Mean height of the spheres between the minima, in diameters.
     pub mean_height: Estimate,
-    /// Standard deviation of their heights.
+    /// Standard deviation of their heights, in diameters.
     pub width: Estimate,
-    /// Number of these spheres per area of the base, in inverse square diameters.
+    /// Their number per area of the base, in inverse square diameters.
     pub lateral_density: Estimate,
-    /// Number density of the highest bin.
+    /// Largest number density of a bin, in inverse cubic diameters.
     pub maximum_density: Estimate,
-    /// Number density of the lowest bin between this layer and the next; NaN for the uppermost.
+    /// Smallest number density between this layer and the next, in inverse cubic diameters; NaN for
+    /// the uppermost layer.
     pub minimum_density: Estimate,
-    /// (`n_max` − `n_min`)/(`n_max` + `n_min`) with the minimum above: how clear the layer is, from
-    /// 0 to 1. NaN for the uppermost.
+    /// Visibility (`n_max` − `n_min`)/(`n_max` + `n_min`) with the minimum above, from 0 to 1; NaN
+    /// for the uppermost layer.
     pub visibility: Estimate,
 }
 
 impl Layer {
-    /// A visibility at which layers can be told by eye in a plot of n(x): near the base of a column
-    /// without noise (density functional theory) it leaves five at T = 5, as in the paper
+    /// Smallest visibility of a layer that the eye recognizes in a plot of n(x). In profiles of
+    /// density functional theory it gives five layers at T = 5, as in the paper
     /// (doi:10.1103/PhysRevE.83.061306, fig. 4), and three at T = 15.
     pub const CLEAR: f64 = 0.05;
 }
 
-/// Values of a layer that the jackknife is applied to.
+/// Number of values of a layer with errors by the jackknife.
 const VALUES: usize = 8;
 
-/// The bins of a layer, as the mean profile has them.
+/// The bins of a layer in the mean profile.
 #[derive(Debug, Clone, Copy)]
 struct Window {
     /// First bin, and first of the next layer.
     bins: [usize; 2],
     highest: usize,
-    /// The minimum above, unless there is no layer above.
+    /// The minimum above; `None` for the uppermost layer.
     lowest: Option<usize>,
 }
 
 impl DensityProfile {
-    /// The layers, upwards; fine bins (0.05 diameters or less) and no edge of a bin below the
-    /// lowest center serve best.
+    /// The layers, from the lowest upwards. Use bins of 0.05 diameters or less that begin at the
+    /// lowest center, 0.5.
     ///
-    /// Two maxima are different layers if a minimum lies between them such that the visibility
-    /// (`n_max` − `n_min`)/(`n_max` + `n_min`) is at least `minimum_visibility` on both sides,
-    /// and the difference is five standard errors at least: what noise makes is no layer. So
-    /// the number of clear layers is the number of elements. It is zero where no minimum lies
-    /// above the contact peak, as in a gas, whose density falls from the wall on without
-    /// layers. [`Layer::CLEAR`] is what the eye does.
+    /// Two maxima are different layers if the minimum between them is clear: the visibility
+    /// (`n_max` − `n_min`)/(`n_max` + `n_min`) is at least `minimum_visibility` on both sides, and
+    /// the difference at least five standard errors. The result is empty if there is no minimum
+    /// above the contact peak, as in a gas. [`Layer::CLEAR`] is a good value of
+    /// `minimum_visibility`.
     ///
-    /// The uppermost layer, which has no minimum above, is taken to reach as far above its peak as
-    /// below. Which bins belong to a layer is decided once, on the mean profile; errors are by
-    /// the jackknife over blocks with these bins.
+    /// The uppermost layer has no minimum above; it is assumed to extend as far above its peak as
+    /// below. The bins of a layer are chosen from the mean profile; errors are by the jackknife
+    /// over blocks for these bins.
     ///
     /// ```
     /// use gradient_mc::observers::{Bins, DensityProfile, Layer};
@@ -79,8 +79,8 @@ impl DensityProfile {
     /// ```
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 frames; [`Error::InvalidParameter`] unless the
-    /// visibility is above 0 and below 1.
+    /// [`Error::TooFewObservations`] for fewer than 16 frames; [`Error::InvalidParameter`] if the
+    /// visibility is not above 0 and below 1.
     pub fn layers(&self, minimum_visibility: f64) -> Result<Vec<Layer>, Error> {
         if !(minimum_visibility > 0.0 && minimum_visibility < 1.0) {
             let requirement = "it must be above 0 and below 1";
@@ -116,7 +116,8 @@ impl DensityProfile {
     }
 }
 
-/// The values of a [`Layer`] in its order; `below` is the position of the one below.
+/// The values of a [`Layer`] in the order of its fields; `below` is the position of the layer
+/// below.
 fn measure(
     window: &Window,
     heights: &[f64],
@@ -140,7 +141,7 @@ fn measure(
     let position = if at_the_wall {
         lowest_center
     } else {
-        // Half way down to the higher of the minima beside it; the lower would let that side weigh more.
+        // Half height above the higher of the two minima, so that both sides have equal weight.
         let beside = if first == 0 { minimum } else { minimum.max(densities[first]) };
         let level = 0.5 * (maximum + beside);
         let (mut weight, mut moment) = (0.0, 0.0);
@@ -163,8 +164,9 @@ fn measure(
     ]
 }
 
-/// Maxima that minima set apart, by one walk upwards: the highest bin so far is a maximum once the
-/// density has clearly fallen, and then the lowest a minimum once it has clearly risen.
+/// Finds maxima separated by clear minima, in one pass upwards: the largest density so far is a
+/// maximum when the density has clearly decreased, and then the smallest is a minimum when it has
+/// clearly increased.
 fn windows(points: &[DensityPoint], minimum_visibility: f64) -> Vec<Window> {
     const STANDARD_ERRORS: f64 = 5.0;
 
@@ -184,7 +186,7 @@ fn windows(points: &[DensityPoint], minimum_visibility: f64) -> Vec<Window> {
             None if clearly_above(highest, bin) => lowest = Some(bin),
             Some(minimum) if density(bin) < density(minimum) => lowest = Some(bin),
             Some(minimum) if clearly_above(bin, minimum) => {
-                // Empty bins between two layers of a crystal are shared out evenly.
+                // Empty bins between two layers of a crystal are divided evenly.
                 let tie = (minimum..bin).take_while(|&tied| density(tied) <= density(minimum)).count() / 2;
                 let minimum = minimum + tie;
                 windows.push(Window { bins: [first, minimum], highest, lowest: Some(minimum) });
@@ -194,8 +196,8 @@ fn windows(points: &[DensityPoint], minimum_visibility: f64) -> Vec<Window> {
         }
     }
     if !windows.is_empty() {
-        // Without a minimum above, the uppermost layer is taken to reach as far above its peak as below,
-        // and no farther than to where the density is that of its minimum below.
+        // The uppermost layer extends as far above its peak as below, at most to the height where
+        // the density is that of the minimum below.
         let mirrored = (2 * highest + 1 - first).min(points.len());
         let floor = density(first);
         let end = (highest..mirrored).find(|&bin| density(bin) < floor).unwrap_or(mirrored);

@@ -1,26 +1,25 @@
-//! Ready observers: one file per observable.
+//! Observers: profiles, structure, trajectories and more.
 //!
-//! | what | observer |
+//! | quantity | observer |
 //! |---|---|
 //! | profiles | [`DensityProfile`], [`BalancedDensityProfile`], [`PressureProfile`], [`EquationOfStateProfile`], [`ChainPressureProfile`], [`DisplacementProfile`] |
 //! | pressure on base and lid | [`WallPressure`] |
-//! | is it steady? | [`CenterOfMass`] |
+//! | height of the center of mass, steady state | [`CenterOfMass`] |
 //! | order in the plane of a layer | [`RadialDistribution`], [`NeighborAngles`], [`HexaticOrder`] |
-//! | layers on top of each other | [`DensityProfile::layers`] |
-//! | fcc, hcp or fluid | [`StructureProfile`]; sphere by sphere, [`BondOrder`] |
-//! | a trajectory for OVITO and others | as text [`ExtendedXyz`], binary [`Gsd`] |
-//! | for an observer of your own | [`Neighbors`] |
+//! | layers of the density profile | [`DensityProfile::layers`] |
+//! | fcc, hcp or fluid | [`StructureProfile`]; for single spheres [`BondOrder`] |
+//! | trajectory for OVITO and others | as text [`ExtendedXyz`], binary [`Gsd`] |
+//! | neighbors, for your own observers | [`Neighbors`] |
 //!
-//! All observe in one pass over the spheres (those of structure find neighbors as well, by cells,
-//! in a time proportional to their number), and their memory does not grow with the run (but for
-//! the series of [`CenterOfMass`]); all keep enough to give error bars that account for
-//! correlations in time; and independent replicas of one scene are pooled
-//! ([`Merge`](crate::Merge)). One that averages looks at one run: frames of another scene, or of a
-//! run that counts its sweeps anew, are refused ([`Error::AnotherRun`]).
+//! The time per frame is proportional to the number of spheres. The memory does not grow with the
+//! length of the run, except for the series of [`CenterOfMass`]. Standard errors include
+//! correlations in time. Data of independent replicas can be merged ([`Merge`](crate::Merge)). An
+//! observer that averages samples one run: it refuses frames of another scene or another run
+//! ([`Error::AnotherRun`]).
 //!
-//! Profiles are averages over bins of equal height. A bin of 0.1 diameters, as in the paper
-//! (doi:10.1103/PhysRevE.83.061306), resolves the layers near the base; what varies slowly is
-//! better measured in wider bins, up to a diameter.
+//! Profiles are averages over bins of equal height. Bins of 0.1 diameters, as in the paper
+//! (doi:10.1103/PhysRevE.83.061306), resolve the layers near the base. Use wider bins, up to a
+//! diameter, for quantities that vary slowly.
 
 mod balanced_density;
 mod bins;
@@ -70,18 +69,19 @@ pub use wall_pressure::WallPressure;
 use crate::Error;
 use crate::statistics::Estimate;
 
-/// Counts of so many neighboring bins to either side share their memory.
+/// Number of neighboring bins on either side whose counts have nearly the same autocorrelation
+/// time.
 const ALIKE_COUNTS: usize = 1;
-/// Weights above neighboring bins are nearly the same.
+/// The same for weights above bins.
 const ALIKE_WEIGHTS: usize = 8;
 
-/// Packing fraction πn/6 of a number density with its error.
+/// Packing fraction πn/6 of a number density, with its standard error.
 fn packing_fraction(number_density: Estimate) -> Estimate {
     let convert = crate::equation_of_state::packing_fraction;
     Estimate::new(convert(number_density.mean), convert(number_density.standard_error))
 }
 
-/// Fails unless two observers look for neighbors within the same radius.
+/// Fails if two observers search for neighbors within different radii.
 fn require_same_radius(mine: &Neighbors, other: &Neighbors) -> Result<(), Error> {
     if mine.radius().to_bits() == other.radius().to_bits() {
         return Ok(());

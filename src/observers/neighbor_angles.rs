@@ -7,18 +7,18 @@ use super::radial_distribution::in_the_plane;
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
 
-/// Distribution g(θ) of the angles between neighbors, of the spheres in a range of heights.
+/// Distribution g(θ) of the angles between the neighbors of a sphere, for the spheres in a range of
+/// heights.
 ///
-/// Neighbors of a sphere are the others of the range within a lateral distance, 1.2 diameters in
-/// the paper. Each of them in turn is the reference from which the angles to the others are
-/// counted, in the plane and counterclockwise, from 0 to 360 degrees. The paper says no more of its
-/// figure 11 than the distance and that the peaks are 60 degrees apart
-/// (doi:10.1103/PhysRevE.83.061306); so are those here in a hexagonal layer. Because of ordered
-/// pairs the distribution is the same at θ and 360° − θ.
+/// The neighbors of a sphere are the other spheres of the range within a lateral distance, 1.2
+/// diameters in figure 11 of the paper (doi:10.1103/PhysRevE.83.061306). For all ordered pairs of
+/// neighbors, θ is the angle from the first to the second, in the plane and counterclockwise, from
+/// 0 to 360 degrees. g is symmetric: g(θ) = g(360° − θ). In a hexagonal layer its peaks are 60
+/// degrees apart.
 ///
-/// g is 1 where all angles are equally likely. Bins are centered on multiples of their width, the
-/// first on 0: with a number of bins that six divides, the angles of a perfect layer lie in the
-/// middle of bins.
+/// g is 1 if all angles are equally likely. Bins are centered on multiples of their width, the
+/// first on 0. With a multiple of six bins, the angles of a perfect layer are in the middle of
+/// bins.
 ///
 /// ```
 /// use gradient_mc::observers::NeighborAngles;
@@ -38,43 +38,44 @@ pub struct NeighborAngles {
     heights: HeightBins,
     neighbors: Neighbors,
     bins: usize,
-    /// Directions of a sphere's neighbors, in turns.
+    /// Directions of the neighbors of a sphere, in turns.
     directions: Vec<f64>,
-    /// Angles by size, then neighbors and spheres.
+    /// Numbers of angles in bins, then numbers of neighbors and spheres.
     sample: Vec<f64>,
     averages: BlockAverages,
 }
 
-/// The distribution in one bin of angles.
+/// The distribution in one bin of angles, with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct NeighborAnglePoint {
     /// Middle of the bin, in degrees from 0 to below 360.
     pub degrees: f64,
-    /// g(θ), averaged over the bin. NaN if no sphere had two neighbors.
+    /// Mean of g(θ) over the bin. NaN if no sphere had two neighbors.
     pub angular_distribution: Estimate,
 }
 
 impl NeighborAngles {
-    /// The paper's lateral distance within which spheres are neighbors.
+    /// Lateral distance of neighbors in the paper, in diameters.
     pub const NEIGHBOR_DISTANCE: f64 = 1.2;
 
-    /// Spheres at heights from `low` to `high`, neighbors within 1.2 diameters, and `bins` of equal
-    /// width over the full circle.
+    /// Makes an observer of the spheres at heights from `low` to `high`, with neighbors within 1.2
+    /// diameters and `bins` of equal width over the full circle.
     ///
     /// # Errors
-    /// As [`with_neighbor_distance`](Self::with_neighbor_distance).
+    /// Those of [`with_neighbor_distance`](Self::with_neighbor_distance).
     pub fn new(slab: &Slab, low: f64, high: f64, bins: usize) -> Result<Self, Error> {
         Self::with_neighbor_distance(slab, low, high, Self::NEIGHBOR_DISTANCE, bins)
     }
 
-    /// The same for neighbors within `neighbor_distance`.
+    /// [`new`](Self::new) with neighbors within the lateral distance `neighbor_distance`, in
+    /// diameters.
     ///
     /// # Errors
-    /// [`Error::InvalidBins`] unless there are between 1 and [`MAXIMUM_BINS`](super::MAXIMUM_BINS)
-    /// bins; [`Error::InvalidParameter`] unless 0 ≤ low < high ≤ height of the slab, or for a
-    /// distance that is not positive or above half the smaller width.
+    /// [`Error::InvalidBins`] if the number of bins is not between 1 and
+    /// [`MAXIMUM_BINS`](super::MAXIMUM_BINS); [`Error::InvalidParameter`] if not 0 ≤ low < high ≤
+    /// height of the slab, or if the distance is not positive or above half the smaller width.
     pub fn with_neighbor_distance(
         slab: &Slab,
         low: f64,
@@ -96,25 +97,25 @@ impl NeighborAngles {
         })
     }
 
-    /// Frames observed.
+    /// Number of frames observed.
     #[must_use]
     pub fn observations(&self) -> u64 {
         self.averages.observations()
     }
 
-    /// Mean number of neighbors of a sphere; NaN if no sphere was seen.
+    /// Mean number of neighbors of a sphere; NaN if the range was always empty.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 frames.
+    /// [`Error::TooFewObservations`] for fewer than 16 frames.
     pub fn neighbors_per_sphere(&self) -> Result<Estimate, Error> {
         let ratio = |means: &[f64]| [means[self.bins] / means[self.bins + 1]];
         Ok(self.averages.jackknife(ratio)?.pop().unwrap_or(Estimate::new(f64::NAN, f64::NAN)))
     }
 
-    /// The distribution, from 0 to 360 degrees; errors of this ratio are by the jackknife.
+    /// The distribution, from 0 to 360 degrees, with errors by the jackknife.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 frames.
+    /// [`Error::TooFewObservations`] for fewer than 16 frames.
     pub fn points(&self) -> Result<Vec<NeighborAnglePoint>, Error> {
         let ratios = self.averages.jackknife(|means| {
             let angles = &means[..self.bins];

@@ -1,14 +1,14 @@
-//! Who is near whom.
+//! Search for neighbors.
 
 use crate::{Error, Slab};
 use nalgebra::Vector3;
 
-/// Finds the spheres around a sphere, for observers of structure.
+/// Finds the neighbors of spheres within a radius, for observers of structure.
 ///
-/// Spheres are sorted into cells about as wide as the search radius, so finding all neighbors of
-/// all spheres takes a time proportional to their number. Distances are to the nearest periodic
-/// image in y and z, and positions may be any images. Nothing is computed unless
-/// [`gather`](Self::gather) is called, and buffers are kept from one frame to the next.
+/// Spheres are sorted into cells about as wide as the search radius, so finding all neighbors takes
+/// a time proportional to the number of spheres. Distances are to the nearest periodic image in y
+/// and z, and positions may be any periodic images. Nothing is computed before
+/// [`gather`](Self::gather) is called. Buffers are reused.
 ///
 /// ```
 /// use gradient_mc::observers::Neighbors;
@@ -36,32 +36,32 @@ pub struct Neighbors {
     slab: Slab,
     radius: f64,
     positions: Vec<[f64; 3]>,
-    /// Lowest height, and cells per diameter along each axis.
+    /// Lowest height; below, cells per diameter along each axis.
     lowest: f64,
     per_diameter: [f64; 3],
     cells: [usize; 3],
-    /// Where the spheres of each cell begin in `sorted`.
+    /// Index in `sorted` of the first sphere of each cell.
     starts: Vec<usize>,
-    /// Positions and numbers, cell by cell.
+    /// Positions and indices of the spheres, sorted by cell.
     sorted: Vec<([f64; 3], usize)>,
 }
 
-/// A sphere near another.
+/// A neighbor of a sphere.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Neighbor {
-    /// Its number among the positions that were gathered.
+    /// Its index among the positions passed to [`Neighbors::gather`].
     pub index: usize,
-    /// From the other sphere's center to the nearest image of this one's.
+    /// Vector from the center of the sphere to the nearest image of this neighbor, in diameters.
     pub separation: Vector3<f64>,
 }
 
 impl Neighbors {
-    /// A finder of spheres whose centers are at most `radius` apart.
+    /// Makes a search for spheres whose centers are at most `radius` apart, in diameters.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] unless the radius is positive and at most half the smaller width
-    /// of the slab: beyond that a sphere has two images to choose from.
+    /// [`Error::InvalidParameter`] if the radius is not positive, or above half the smaller width
+    /// of the slab, where two images of a sphere could be neighbors.
     pub fn new(slab: &Slab, radius: f64) -> Result<Self, Error> {
         Error::require_positive("search radius", radius)?;
         if radius > half_width(slab) {
@@ -71,7 +71,7 @@ impl Neighbors {
         Ok(Self::unchecked(slab, radius))
     }
 
-    /// A finder whose radius suits any slab.
+    /// A search with a radius that is valid for any slab.
     pub(super) fn unchecked(slab: &Slab, radius: f64) -> Self {
         Self {
             slab: *slab,
@@ -85,25 +85,26 @@ impl Neighbors {
         }
     }
 
-    /// The search radius.
+    /// The search radius, in diameters.
     #[must_use]
     pub fn radius(&self) -> f64 {
         self.radius
     }
 
-    /// Number of positions gathered.
+    /// Number of positions.
     #[must_use]
     pub fn count(&self) -> usize {
         self.positions.len()
     }
 
-    /// Takes the positions among which to search, in place of those before: all of a frame, or
-    /// those of a layer. With all heights set to one value the search is in the plane.
+    /// Sets the positions to search in, and replaces earlier ones: all spheres of a frame, or those
+    /// of a layer. Set all heights to the same value to search in the plane.
     pub fn gather(&mut self, positions: impl IntoIterator<Item = Vector3<f64>>) {
         self.positions.clear();
         self.positions.extend(positions.into_iter().map(<[f64; 3]>::from));
         self.divide();
-        // A counting sort: sizes, then ends, which become starts as the cells are filled from behind.
+        // Counting sort: sizes of the cells, then their ends, which become starts when the cells
+        // are filled from behind.
         self.starts.clear();
         self.starts.resize(self.cells.iter().product::<usize>() + 1, 0);
         for position in &self.positions {
@@ -124,17 +125,17 @@ impl Neighbors {
         }
     }
 
-    /// Chooses cells at least as wide as the radius, and not many more than there are spheres.
+    /// Chooses cells at least as wide as the radius, and not many more cells than spheres.
     fn divide(&mut self) {
         let heights = || self.positions.iter().map(|position| position[0]);
         self.lowest = heights().fold(f64::INFINITY, f64::min);
         let extent = (heights().fold(self.lowest, f64::max) - self.lowest).max(0.0);
         let extents = [extent, self.slab.widths()[0], self.slab.widths()[1]];
         let most = 4 * self.positions.len() + 64;
-        // More cells than that along one axis are too many already.
+        // More cells than this along one axis are too many.
         let mut side = extents.iter().fold(self.radius, |side, &extent| side.max(extent / most as f64));
         loop {
-            // Not negative, and a product beyond the range of integers saturates.
+            // Not negative; a product beyond the range of integers saturates.
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
             let cells = extents.map(|extent| ((extent / side) as usize).max(1));
             if cells.iter().fold(1_usize, |product, &count| product.saturating_mul(count)) <= most {
@@ -152,10 +153,10 @@ impl Neighbors {
         let place = if axis == 0 {
             position[0] - self.lowest
         } else {
-            // Of any image; to rounding it may be the width itself, in the last cell.
+            // For any image. Rounding may give the width itself, which is in the last cell.
             position[axis].rem_euclid(self.slab.widths()[axis - 1])
         };
-        // A place below zero, which only positions far outside the slab have, goes to the first cell.
+        // Positions far outside the slab may be below zero; they are put in the first cell.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let cell = (place * self.per_diameter[axis]) as usize;
         cell.min(self.cells[axis] - 1)
@@ -166,8 +167,8 @@ impl Neighbors {
         (x * self.cells[1] + y) * self.cells[2] + z
     }
 
-    /// The spheres around one, itself not included, in an order that depends on the positions only.
-    /// Nobody is around a number that is not below [`count`](Self::count).
+    /// The neighbors of a sphere, without itself, in an order that depends on the positions only.
+    /// An index of [`count`](Self::count) or more has no neighbors.
     pub fn of(&self, sphere: usize) -> impl Iterator<Item = Neighbor> + '_ {
         let center = self.positions.get(sphere).copied();
         let squared_radius = self.radius * self.radius;
@@ -180,7 +181,7 @@ impl Neighbors {
         })
     }
 
-    /// What the cell of a position and those next to it hold.
+    /// The spheres in the cell of a position and in the cells next to it.
     fn around(&self, center: [f64; 3]) -> impl Iterator<Item = &([f64; 3], usize)> + '_ {
         let [x, y, z] = [0, 1, 2].map(|axis| self.along(&center, axis));
         let layers = x.saturating_sub(1)..(x + 2).min(self.cells[0]);
@@ -208,7 +209,7 @@ pub(super) fn half_width(slab: &Slab) -> f64 {
     0.5 * slab.widths()[0].min(slab.widths()[1])
 }
 
-/// The cells next to one of a periodic row, itself included; each once, however short the row.
+/// A cell of a periodic row and those next to it, each once, also in a short row.
 fn adjacent(cell: usize, count: usize) -> impl Iterator<Item = usize> {
     (0..count.min(3)).map(move |offset| (cell + count + offset - 1) % count)
 }

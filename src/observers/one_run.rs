@@ -1,22 +1,21 @@
-//! The rule that an observer looks at one run.
+//! The check that an observer samples one run only.
 
 use crate::{Error, Frame, Slab};
 
-/// Heights at which field and temperature are compared, in no even steps.
+/// Number of heights, unevenly spaced, at which field and temperature are compared.
 const PROBES: usize = 8;
 
-/// What an observer knows of the run that it looks at, so that frames of another are refused: of
-/// another slab, number of spheres, field or temperature, and of a run that starts anew, whose
-/// sweep numbers do not go on.
+/// Identifies the run of an observer. Frames with another slab, number of spheres, field or
+/// temperature are refused, and frames whose sweep number does not increase.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct OneRun {
-    /// That the observer was made for.
+    /// Slab given to the constructor of the observer.
     slab: Option<Slab>,
     scene: Option<Seen>,
     last_sweep: Option<u64>,
 }
 
-/// What is compared of a scene.
+/// The properties of a scene that are compared.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "checkpoint", derive(serde::Serialize, serde::Deserialize))]
 struct Seen {
@@ -31,7 +30,7 @@ impl Seen {
         let slab = *frame.slab();
         let [lowest, highest] = [slab.lowest_center(), slab.highest_center()];
         let heights: [f64; PROBES] = std::array::from_fn(|probe| {
-            // Multiples of the golden ratio fill an interval evenly.
+            // Multiples of the golden ratio fill an interval uniformly.
             lowest + (highest - lowest) * (probe as f64 * 0.618_033_988_749_895).fract()
         });
         Self {
@@ -42,7 +41,7 @@ impl Seen {
         }
     }
 
-    /// What differs, and its two values.
+    /// Name of the first property that differs, and its two values.
     fn difference(&self, other: &Self) -> Option<(&'static str, f64, f64)> {
         let particles = ("number of spheres", self.particles as f64, other.particles as f64);
         let of = |name: &'static str, mine: [f64; PROBES], others: [f64; PROBES]| {
@@ -71,15 +70,15 @@ fn differs((_, mine, other): &(&'static str, f64, f64)) -> bool {
 }
 
 impl OneRun {
-    /// Of an observer that was made for a slab.
+    /// For an observer that was made for a slab.
     pub(super) fn in_slab(slab: &Slab) -> Self {
         Self { slab: Some(*slab), ..Self::default() }
     }
 
-    /// Takes note of a frame, before anything is counted.
+    /// Checks and records a frame, before anything is counted.
     ///
     /// # Errors
-    /// [`Error::AnotherRun`]; what was noted before stays.
+    /// [`Error::AnotherRun`] for a frame of another run; the record is unchanged then.
     pub(super) fn admit(&mut self, frame: &Frame<'_>) -> Result<(), Error> {
         let other_slab = || lengths(extents(self.slab.as_ref()?), extents(frame.slab())).find(differs);
         let shown = Seen::of(frame);
@@ -95,13 +94,13 @@ impl OneRun {
         Ok(())
     }
 
-    /// Whether the last frame was of this sweep or of a later one.
+    /// Whether the last frame was of this sweep or a later one.
     #[cfg(feature = "checkpoint")]
     pub(super) fn is_past(&self, sweep: u64) -> bool {
         self.last_sweep.is_some_and(|last| sweep <= last)
     }
 
-    /// Fails unless another observer has looked at the same scene, or one of them at nothing.
+    /// Fails if two observers have sampled different scenes.
     pub(super) fn require_same_scene(&self, other: &Self) -> Result<(), Error> {
         match self.scene.zip(other.scene).and_then(|(mine, other)| mine.difference(&other)) {
             None => Ok(()),
@@ -112,7 +111,7 @@ impl OneRun {
         }
     }
 
-    /// Takes in what a replica has looked at. One that has seen nothing yet learns the scene.
+    /// Merges the record of a replica. An observer without frames takes over its scene.
     pub(super) fn join(&mut self, other: &Self) {
         self.scene = self.scene.or(other.scene);
     }

@@ -1,4 +1,4 @@
-//! Pressure against height, from the weight of the column.
+//! Profile of the pressure from the weight of the column.
 
 use super::bins::{Bins, HeightBins, Place};
 use super::one_run::OneRun;
@@ -6,22 +6,21 @@ use crate::drive::WallContact;
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Error, Frame, HydrostaticProfile, Merge, Observer, ObserverError, Slab, Wall, Warning};
 
-/// Pressure P(x) that carries the column above,
+/// Pressure P(x) from the weight of the column above, in m g/d²:
 ///
 /// P(x) = `P_end` + (1/A) Σ a(xᵢ) over the spheres with xᵢ > x
 ///
-/// (eq. 3 of doi:10.1103/PhysRevE.83.061306), which force balance makes the normal pressure at
-/// every height, layers at the walls included.
+/// (eq. 3 of doi:10.1103/PhysRevE.83.061306). By force balance it is the normal pressure at every
+/// height, also in the layers at the walls.
 ///
-/// In one configuration this is a step function of x, and its mean over a bin is computed exactly:
-/// a sphere in the bin counts with the fraction (xᵢ − low)/Δx of its weight. So there is no
-/// discretization error other than the averaging over the bin; a sum over binned densities times
-/// Δx, as eq. (3) is usually evaluated, has one.
+/// In one configuration this is a step function of x. Its mean over a bin is computed exactly: a
+/// sphere in the bin contributes the fraction (xᵢ − low)/Δx of its weight. Therefore there is no
+/// discretization error, in contrast to a sum over binned densities.
 ///
-/// `P_end` is what the wall at the [open end](crate::Scene::open_end) bears: zero for a column that
-/// ends before it (the default), T n(contact) there otherwise, which
-/// [`WallPressure`](super::WallPressure) measures. Where the field pulls up that wall is the base,
-/// and the sum is that of −a(xᵢ) over the spheres with xᵢ < x.
+/// `P_end` is the pressure on the wall at the [open end](crate::Scene::open_end): 0 (the default)
+/// for a column that ends below this wall, and T n(contact) otherwise, which
+/// [`WallPressure`](super::WallPressure) measures. If the field pulls up, this wall is the base,
+/// and the sum is over −a(xᵢ) of the spheres with xᵢ < x.
 ///
 /// ```
 /// use gradient_mc::observers::{Bins, PressureProfile};
@@ -44,19 +43,20 @@ pub struct PressureProfile {
     averages: BlockAverages,
 }
 
-/// Pressure of one bin.
+/// Pressure of one bin, with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct PressurePoint {
-    /// Middle of the bin.
+    /// Middle of the bin, in diameters.
     pub height: f64,
     /// Mean pressure over the bin, in m g/d².
     pub pressure: Estimate,
 }
 
 impl PressureProfile {
-    /// A profile over `bins` of the heights of `slab`; spheres above them weigh on them.
+    /// Makes an empty profile with `bins` over the heights of `slab`. Spheres above the bins
+    /// contribute to the pressure.
     ///
     /// # Errors
     /// Those of [`Bins`].
@@ -72,32 +72,31 @@ impl PressureProfile {
         })
     }
 
-    /// Sets the pressure on the wall at the [open end](crate::Scene::open_end), a number that is
-    /// exact or an estimate; it may be set after the run, since it is added to the results. Its
-    /// error is taken to have nothing to do with that of the weights.
+    /// Sets the pressure on the wall at the [open end](crate::Scene::open_end), in m g/d², as an
+    /// exact number or an estimate. It is added to the results, so it may be set after the run. Its
+    /// error is treated as independent of that of the weights.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] unless finite.
+    /// [`Error::InvalidParameter`] if it is not finite.
     pub fn set_open_end_pressure(&mut self, pressure: impl Into<Estimate>) -> Result<(), Error> {
         self.open_end.set(pressure.into())
     }
 
-    /// Frames observed.
+    /// Number of frames observed.
     #[must_use]
     pub fn observations(&self) -> u64 {
         self.averages.observations()
     }
 
-    /// Mean pressure of every bin, upwards, without errors: for a running simulation. NaN before
-    /// the first frame.
+    /// Mean pressure of every bin, upwards, in m g/d², without standard errors, also for short
+    /// runs. NaN before the first frame.
     #[must_use]
     pub fn means(&self) -> Vec<f64> {
         let (area, end) = (self.bins.base_area(), self.open_end.pressure().mean);
         self.averages.mean().into_iter().map(|weight| weight / area + end).collect()
     }
 
-    /// [`Warning::LidTooLow`] if the wall at the open end bears a part of the largest pressure, and
-    /// nobody has set how much.
+    /// [`Warning::LidTooLow`] if the wall at the open end carries pressure that was not set.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         let mut warnings = Vec::new();
@@ -108,10 +107,10 @@ impl PressureProfile {
         warnings
     }
 
-    /// The profile, upwards.
+    /// The profile, from the lowest bin upwards.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 frames.
+    /// [`Error::TooFewObservations`] for fewer than 16 frames.
     pub fn points(&self) -> Result<Vec<PressurePoint>, Error> {
         let area = self.bins.base_area();
         let weights = self.averages.estimates_of_rows(&[super::ALIKE_WEIGHTS])?;
@@ -123,7 +122,7 @@ impl PressureProfile {
     }
 }
 
-/// The pressure at the open end stays this one's.
+/// The pressure at the open end of `self` is kept.
 impl Merge for PressureProfile {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;
@@ -146,12 +145,12 @@ impl Observer for PressureProfile {
     }
 }
 
-/// What a profile of pressures knows of the wall at the open end.
+/// The wall at the open end, for profiles of the pressure.
 #[derive(Debug, Clone, Default)]
 pub(super) struct OpenEnd {
-    /// The pressure on it, once it has been set.
+    /// The pressure on this wall, if it has been set.
     pressure: Option<Estimate>,
-    /// Its height, once a frame has been seen.
+    /// Its height; `None` before the first frame.
     height: Option<f64>,
     /// T n(contact) times the area, summed over frames.
     contacts: f64,
@@ -165,7 +164,7 @@ impl OpenEnd {
         Ok(())
     }
 
-    /// The pressure that was set, or none.
+    /// The pressure that was set, or 0.
     pub(super) fn pressure(&self) -> Estimate {
         self.pressure.unwrap_or(Estimate::exact(0.0))
     }
@@ -179,14 +178,14 @@ impl OpenEnd {
         self.contacts += contact;
     }
 
-    /// Takes in what a replica has seen.
+    /// Adds the data of a replica.
     pub(super) fn join(&mut self, other: &Self) {
         self.height = self.height.or(other.height);
         self.contacts += other.contacts;
     }
 
-    /// That the wall bears a part of the largest pressure, where the largest mean weight on a bin
-    /// is `largest`, if nobody has set how much.
+    /// A warning if the wall carries pressure that was not set; `largest` is the largest mean
+    /// weight on a bin.
     pub(super) fn warning(&self, largest: f64, frames: u64) -> Option<Warning> {
         let (None, Some(lid)) = (self.pressure, self.height) else { return None };
         let contact = self.contacts / frames as f64;
@@ -196,9 +195,9 @@ impl OpenEnd {
     }
 }
 
-/// Sets `pressures` to the exact means over bins of the weight between a height and the open end
-/// (not yet divided by the area), where `weight` is that of a sphere by its height, using `weights`
-/// as scratch, and calls `count` with the bin of every sphere inside. Returns T n(contact) at the
+/// Sets `pressures` to the exact means over bins of the weight between a height and the open end,
+/// not divided by the area. `weight` is the weight of a sphere at a height, and `weights` is
+/// scratch memory. Calls `count` with the bin of every sphere inside. Returns T n(contact) at the
 /// open end times the area.
 pub(super) fn weigh_column(
     frame: &Frame<'_>,

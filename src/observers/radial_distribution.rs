@@ -1,4 +1,4 @@
-//! Order in the plane of a layer: how spheres are distributed around a sphere.
+//! Order in the plane of a layer: the lateral radial distribution function.
 
 use super::bins::{HeightBins, Place};
 use super::neighbors::{Neighbors, half_width};
@@ -11,17 +11,16 @@ use std::f64::consts::PI;
 /// Lateral radial distribution function g(r) of the spheres in a range of heights, r = √(Δy² +
 /// Δz²).
 ///
-/// The mean number of spheres at a lateral distance between r₁ and r₂ of a sphere, over the number
-/// ρ π(r₂² − r₁²) that the mean lateral density ρ = ⟨M⟩/A of the range would have there: 1 without
-/// correlations, and peaks where a crystal has its neighbors. In a bin of the paper's height, 0.1
-/// from the wall, it is the inset of its figure 4 and the left of figure 11
+/// g is the mean number of spheres at a lateral distance between r₁ and r₂ from a sphere, over ρ
+/// π(r₂² − r₁²), where ρ = ⟨M⟩/A is the mean lateral density of the M spheres in the range. It is 1
+/// without correlations and has peaks at the neighbor distances of a crystal. For the lowest 0.1
+/// diameters it is shown in the inset of figure 4 and in figure 11 (left) of the paper
 /// (doi:10.1103/PhysRevE.83.061306).
 ///
-/// The number M of spheres in the range fluctuates, as spheres come and go above; g is
-/// A ⟨pairs⟩/(⟨M⟩² π(r₂² − r₁²)) with ordered pairs, so that independent numbers of independent
-/// points (Poisson's distribution) give 1 exactly, and a fixed number gives 1 − 1/M. Distances are
-/// lateral: where the range is high enough for spheres above each other, r can be below one
-/// diameter.
+/// M fluctuates, and g is computed as A ⟨pairs⟩/(⟨M⟩² π(r₂² − r₁²)) with ordered pairs. Independent
+/// points with Poisson-distributed M give exactly 1, and a fixed M gives 1 − 1/M. Distances are
+/// lateral, so r can be below one diameter if the range is high enough for spheres above each
+/// other.
 ///
 /// ```
 /// use gradient_mc::observers::RadialDistribution;
@@ -41,39 +40,39 @@ pub struct RadialDistribution {
     heights: HeightBins,
     neighbors: Neighbors,
     bins: usize,
-    /// Ordered pairs by distance, and the number of spheres.
+    /// Numbers of ordered pairs in bins of distance, and the number of spheres.
     sample: Vec<f64>,
     averages: BlockAverages,
 }
 
-/// The distribution in one bin of distances.
+/// The distribution in one bin of distances, with its standard error.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct RadialDistributionPoint {
-    /// Middle of the bin.
+    /// Middle of the bin, in diameters.
     pub distance: f64,
-    /// g(r), averaged over the area of the bin. NaN if no sphere was seen.
+    /// Mean of g(r) over the area of the bin. NaN if the range was always empty.
     pub radial_distribution: Estimate,
 }
 
 impl RadialDistribution {
-    /// Spheres at heights from `low` to `high`, and `bins` of equal width from r = 0 to half the
-    /// smaller width of the slab.
+    /// Makes an observer of the spheres at heights from `low` to `high`, with `bins` of equal width
+    /// from r = 0 to half the smaller width of the slab.
     ///
     /// # Errors
-    /// As [`with_maximum_distance`](Self::with_maximum_distance).
+    /// Those of [`with_maximum_distance`](Self::with_maximum_distance).
     pub fn new(slab: &Slab, low: f64, high: f64, bins: usize) -> Result<Self, Error> {
         Self::with_maximum_distance(slab, low, high, half_width(slab), bins)
     }
 
-    /// The same up to `maximum_distance`: a short one is found faster, in a time proportional to
-    /// the number of spheres.
+    /// [`new`](Self::new) with distances up to `maximum_distance`, in diameters. A short distance
+    /// is faster: the time is proportional to the number of spheres.
     ///
     /// # Errors
-    /// [`Error::InvalidBins`] unless there are between 1 and [`MAXIMUM_BINS`](super::MAXIMUM_BINS)
-    /// bins; [`Error::InvalidParameter`] unless 0 ≤ low < high ≤ height of the slab, or for a
-    /// distance that is not positive or above half the smaller width.
+    /// [`Error::InvalidBins`] if the number of bins is not between 1 and
+    /// [`MAXIMUM_BINS`](super::MAXIMUM_BINS); [`Error::InvalidParameter`] if not 0 ≤ low < high ≤
+    /// height of the slab, or if the distance is not positive or above half the smaller width.
     pub fn with_maximum_distance(
         slab: &Slab,
         low: f64,
@@ -96,7 +95,7 @@ impl RadialDistribution {
         })
     }
 
-    /// Frames observed.
+    /// Number of frames observed.
     #[must_use]
     pub fn observations(&self) -> u64 {
         self.averages.observations()
@@ -106,17 +105,17 @@ impl RadialDistribution {
     /// diameters.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 frames.
+    /// [`Error::TooFewObservations`] for fewer than 16 frames.
     pub fn lateral_density(&self) -> Result<Estimate, Error> {
         let spheres = self.averages.estimates()?[self.bins];
         let area = self.heights.base_area();
         Ok(Estimate::new(spheres.mean / area, spheres.standard_error / area))
     }
 
-    /// The distribution, outwards; errors of this ratio are by the jackknife.
+    /// The distribution, from r = 0 outwards, with errors by the jackknife.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 frames.
+    /// [`Error::TooFewObservations`] for fewer than 16 frames.
     pub fn points(&self) -> Result<Vec<RadialDistributionPoint>, Error> {
         let width = self.neighbors.radius() / self.bins as f64;
         let ratios = self.averages.jackknife(|means| {
@@ -155,7 +154,7 @@ impl Observer for RadialDistribution {
         self.sample[self.bins] = self.neighbors.count() as f64;
         let bins_per_diameter = self.bins as f64 / self.neighbors.radius();
         for sphere in 0..self.neighbors.count() {
-            // Each pair once, as two ordered ones.
+            // Each pair is found once and counted as two ordered pairs.
             for neighbor in self.neighbors.of(sphere).filter(|neighbor| neighbor.index > sphere) {
                 // Not negative.
                 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
@@ -168,7 +167,7 @@ impl Observer for RadialDistribution {
     }
 }
 
-/// The spheres in a range of heights, moved to one height.
+/// The spheres in a range of heights, all moved to the same height.
 pub(super) fn in_the_plane(frame: &Frame<'_>, heights: &HeightBins) -> impl Iterator<Item = Vector3<f64>> {
     let inside = |position: &Vector3<f64>| matches!(heights.locate(position.x), Place::Inside(..));
     frame.positions().filter(inside).map(|position| Vector3::new(0.0, position.y, position.z))

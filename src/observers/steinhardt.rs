@@ -13,12 +13,12 @@ pub(super) struct Harmonics {
 }
 
 impl Harmonics {
-    /// Adds the harmonics of the direction of a bond, which must not be zero.
+    /// Adds the harmonics of the direction of a bond of nonzero length.
     pub(super) fn add_bond(&mut self, bond: &Vector3<f64>) {
         let direction = bond / bond.norm();
         let (z, square) = (direction.z, direction.z * direction.z);
-        // √((l − m)!/(l + m)!) times the mth derivative of Legendre's polynomial; sin^m goes with the
-        // azimuth.
+        // √((l − m)!/(l + m)!) times the mth derivative of Legendre's polynomial; sin^m is part of
+        // the azimuthal factor.
         let four = [
             (square * (35.0 * square - 30.0) + 3.0) / 8.0,
             2.5 * z * (7.0 * square - 3.0) / 20_f64.sqrt(),
@@ -52,7 +52,7 @@ impl Harmonics {
         }
     }
 
-    /// Adds `weight` times others.
+    /// Adds `weight` times the harmonics `other`.
     pub(super) fn add(&mut self, other: &Self, weight: f64) {
         let mine = self.four.iter_mut().chain(&mut self.six).flatten();
         for (mine, other) in mine.zip(other.four.iter().chain(&other.six).flatten()) {

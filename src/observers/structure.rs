@@ -1,4 +1,4 @@
-//! Fractions of crystal and fluid against height.
+//! Profile of the fractions of crystal and fluid.
 
 use super::bins::{Bins, HeightBins, Place};
 use super::bond_order::{BondOrder, Structure};
@@ -9,7 +9,8 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
 /// Fractions of fcc-like, hcp-like and fluid-like spheres in bins of equal height, by
 /// [`BondOrder`].
 ///
-/// The layer at a wall, whose spheres lack neighbors, is not classified and in no fraction.
+/// The layer at a wall is not classified and not counted, because its spheres have no neighbors on
+/// one side.
 ///
 /// ```
 /// use gradient_mc::observers::{Bins, StructureProfile};
@@ -29,34 +30,35 @@ pub struct StructureProfile {
     run: OneRun,
     bins: HeightBins,
     order: BondOrder,
-    /// Of every bin: spheres that are fcc-like, hcp-like, fluid-like, and the sum of their averaged
-    /// q₆.
+    /// For every bin: numbers of fcc-like, hcp-like and fluid-like spheres, and the sum of their
+    /// averaged q₆.
     sample: Vec<f64>,
     averages: BlockAverages,
 }
 
-/// What spheres of one bin, or range of heights, are like.
+/// Structure of the spheres in one bin or range of heights, with standard errors.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
 pub struct StructurePoint {
-    /// Middle of the bin.
+    /// Middle of the bin, in diameters.
     pub height: f64,
-    /// Fraction of fcc-like spheres. All are NaN where no sphere was classified.
+    /// Fraction of fcc-like spheres, from 0 to 1. All fractions are NaN if no sphere was
+    /// classified.
     pub face_centered_cubic: Estimate,
     /// Fraction of hcp-like spheres.
     pub hexagonal_close_packed: Estimate,
-    /// Fraction of spheres that are in no crystal.
+    /// Fraction of fluid-like spheres.
     pub fluid: Estimate,
-    /// Mean of the averaged q₆.
+    /// Mean of the averaged q₆ over spheres.
     pub bond_order: Estimate,
 }
 
-/// Numbers per bin.
+/// Number of values per bin.
 const VALUES: usize = 4;
 
 impl StructureProfile {
-    /// A profile over `bins` of the heights of `slab`.
+    /// Makes an empty profile with `bins` over the heights of `slab`.
     ///
     /// # Errors
     /// Those of [`Bins`].
@@ -73,16 +75,16 @@ impl StructureProfile {
         })
     }
 
-    /// Frames observed.
+    /// Number of frames observed.
     #[must_use]
     pub fn observations(&self) -> u64 {
         self.averages.observations()
     }
 
-    /// The profile, upwards; errors of these ratios are by the jackknife.
+    /// The profile, from the lowest bin upwards, with errors by the jackknife.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 frames.
+    /// [`Error::TooFewObservations`] for fewer than 16 frames.
     pub fn points(&self) -> Result<Vec<StructurePoint>, Error> {
         let ratios = self.averages.jackknife(|means| {
             means.chunks_exact(VALUES).flat_map(|bin| fractions(bin.iter().copied())).collect::<Vec<f64>>()
@@ -95,10 +97,10 @@ impl StructureProfile {
             .collect())
     }
 
-    /// The same of all spheres in the bins whose middles lie from `low` to below `high`.
+    /// Structure of all spheres in the bins whose middles are in `[low, high)`.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 frames.
+    /// [`Error::TooFewObservations`] for fewer than 16 frames.
     pub fn over(&self, low: f64, high: f64) -> Result<StructurePoint, Error> {
         let inside: Vec<bool> = self.bins.centers().map(|height| (low..high).contains(&height)).collect();
         let ratios = self.averages.jackknife(|means| {
@@ -113,13 +115,14 @@ impl StructureProfile {
         Ok(point(0.5 * (low + high), &ratios))
     }
 
-    /// Height of the uppermost front of the crystal: where, between the middles of two bins, the
-    /// crystalline fraction falls through one half. `None` if it does not, on average.
+    /// Height of the uppermost front of the crystal, in diameters: where the crystalline fraction
+    /// decreases through one half, interpolated between the middles of two bins. `None` if there is
+    /// no such height in the mean profile.
     ///
-    /// The error is by the jackknife; it is NaN if the front comes and goes.
+    /// The error is by the jackknife; it is NaN if the front is missing in a part of the run.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 frames.
+    /// [`Error::TooFewObservations`] for fewer than 16 frames.
     pub fn front(&self) -> Result<Option<Estimate>, Error> {
         let heights: Vec<f64> = self.bins.centers().collect();
         let front = self.averages.jackknife(|means| {
@@ -142,7 +145,7 @@ impl StructureProfile {
     }
 }
 
-/// Fractions and mean order from numbers of spheres and the sum of orders.
+/// Fractions and mean order, from numbers of spheres and the sum of q₆.
 fn fractions(values: impl IntoIterator<Item = f64>) -> [f64; VALUES] {
     let mut result = [0.0; VALUES];
     for (result, value) in result.iter_mut().zip(values) {

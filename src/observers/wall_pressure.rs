@@ -8,28 +8,27 @@ use crate::{
     Collision, Error, Field, Frame, Merge, Observer, ObserverError, Recorder, Scene, TemperatureProfile, Wall,
 };
 
-/// Pressures on base and lid, for every scene and drive: of a column, of one that hangs, and of a
-/// closed box.
+/// Mean pressures on base and lid in m g/d², for any scene and drive, including closed boxes and
+/// fields that pull up.
 ///
-/// At the wall where the column ends ([`Scene::open_end`]) it is T n(contact), by the momentum that
-/// spheres carry to it. In the potential u in which a run is made the normal pressure over T falls
-/// as dp/dx = −n u', so that with z, the distance from contact with that wall, and any depth D,
-/// exactly
+/// The pressure at the [open end](Scene::open_end) of the column is T n(contact). In the reduced
+/// potential u the normal pressure over T, p, obeys dp/dx = −n u'. With the distance z from contact
+/// with this wall and any depth D this gives exactly
 ///
 /// p(wall) = ⟨(1/D) ∫₀ᴰ p dz − (1/A) Σ u' (1 − z/D)⟩,
 ///
-/// the sum over spheres with z < D, and u' counted positive where it pulls away from the wall.
-/// Where there are vertical event chains, p comes from their collisions, as in
-/// [`ChainPressureProfile`](super::ChainPressureProfile), and D is where the density has changed by
-/// about e: the whole box if it has no weight. Local moves tell nothing about collisions: there the
-/// contact density is extrapolated from the spheres within a fifth of a diameter, which knows it to
-/// 0.4 % at best, and has ten to a hundred times the variance.
+/// The sum is over spheres with z < D, and u' is positive if it pulls away from the wall. With
+/// vertical event chains, p comes from their collisions, as in
+/// [`ChainPressureProfile`](super::ChainPressureProfile), and D is the depth at which the density
+/// has changed by about e: the whole box if there is no field. With local moves alone, the contact
+/// density is extrapolated from the spheres within 0.2 diameters. This has a systematic error of up
+/// to 0.4 %, and ten to a hundred times the variance.
 ///
-/// The other wall bears the weight of the column on top of that.
+/// The pressure on the other wall is larger by the weight of the column per area.
 ///
-/// With a temperature that varies, what the wall at the open end bears is that of the run, in the
-/// field that it was made in: if the field is [certified](crate::Simulation::certificate), that of
-/// the scene.
+/// If the temperature varies, the pressure at the open end is that in the effective field of the
+/// run. It is that of the scene if the field is self-consistent
+/// ([`certificate`](crate::Simulation::certificate)).
 ///
 /// ```
 /// use gradient_mc::observers::{Bins, EquationOfStateProfile, WallPressure};
@@ -50,31 +49,31 @@ use crate::{
 pub struct WallPressure {
     run: OneRun,
     open_end: Wall,
-    /// Height of centers in contact with the open end, and T there.
+    /// Height of centers in contact with the wall at the open end; below, T there.
     contact_height: f64,
     temperature: f64,
-    /// The heights within D of it.
+    /// The heights within D of this wall.
     near: HeightBins,
     depth: f64,
     particles: f64,
-    /// Σ s q of vertical chains in these heights, and the path of these chains, since the last
-    /// frame.
+    /// Since the last frame: Σ s q of vertical chains in these heights; below, the path of these
+    /// chains.
     transferred: f64,
     path: f64,
-    /// Sweeps that ended with an error, up to the last frame.
+    /// Number of incomplete sweeps up to the last frame.
     incomplete: u64,
-    /// Contact density times area; spheres near the open end, and the sum of u' (1 − z/D) over
-    /// them; what was transferred, and the path; the weight.
+    /// Components: contact density times area; number of spheres near the open end, and the sum of
+    /// u' (1 − z/D) over them; Σ s q, and the path; the weight.
     averages: BlockAverages,
 }
 
 impl WallPressure {
     const COMPONENTS: usize = 6;
 
-    /// For runs of `scene`.
+    /// Makes an observer for runs of `scene`.
     ///
     /// # Errors
-    /// None for a scene that was made by [`Scene::new`].
+    /// None if the scene was made by [`Scene::new`].
     pub fn new<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>) -> Result<Self, Error> {
         let (slab, open_end) = (scene.slab(), scene.open_end());
         let (contact_height, depth) = (open_end.contact_height(slab), depth(scene));
@@ -97,7 +96,7 @@ impl WallPressure {
         })
     }
 
-    /// Frames observed.
+    /// Number of frames observed.
     #[must_use]
     pub fn observations(&self) -> u64 {
         self.averages.observations()
@@ -105,11 +104,10 @@ impl WallPressure {
 
     /// Mean pressure on a wall, in m g/d².
     ///
-    /// Of a column that never came near its open end it is 0(0) there: less than one sphere within
-    /// D on average over the whole run would exert.
+    /// It is 0(0) at the open end if no sphere ever came near this wall.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 frames.
+    /// [`Error::TooFewObservations`] for fewer than 16 frames.
     pub fn at(&self, wall: Wall) -> Result<Estimate, Error> {
         let area = self.near.base_area();
         let pressures = self.averages.jackknife(|means| {
@@ -126,10 +124,9 @@ impl WallPressure {
     }
 }
 
-/// The distance from the open end within which the potential over T, or T, changes by about one and
-/// by e.
+/// The distance from the open end in which u changes by about 1, or T by a factor of about e.
 fn depth<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>) -> f64 {
-    /// Steps by which it is looked for, each half of that before, from the whole box on.
+    /// Number of bisection steps, starting from the whole box.
     const HALVINGS: u32 = 40;
     let slab = scene.slab();
     let end = scene.open_end().contact_height(slab);
@@ -167,7 +164,8 @@ impl Observer for WallPressure {
         self.run.admit(frame)?;
         let incomplete = frame.move_counts().incomplete_sweeps;
         if std::mem::replace(&mut self.incomplete, incomplete) != incomplete {
-            // A chain that ended with an error has collisions and no length.
+            // The length of a chain that ended with an error is not recorded, so its collisions are
+            // dropped.
             (self.transferred, self.path) = (0.0, 0.0);
         }
         let field = frame.field();

@@ -1,4 +1,4 @@
-//! Simulations that go on from a snapshot.
+//! Snapshots of simulations, and simulations that continue from one.
 
 use super::{Configuration, Generator, Phase, Simulation, SimulationBuilder};
 use crate::checkpoint::{Archive, Identity, Persist, Snapshot};
@@ -11,11 +11,11 @@ where
     T: TemperatureProfile,
     S: Scheme<F, T, Drive: Persist, Adaptation: Persist>,
 {
-    /// All that the run and what observes it have become; `&mut ()` observes nothing. Neither is
-    /// changed: they are borrowed mutably because one method both writes and reads.
+    /// Takes a snapshot of the complete state of the run and of `observer` (`&mut ()` for none).
+    /// Both are unchanged; they are borrowed mutably because one method both writes and reads.
     ///
     /// # Errors
-    /// Those of the observer, or of a drive or an adaptation of your own.
+    /// Those of the observer, and of your own drive or adaptation.
     pub fn snapshot<O: Persist + ?Sized>(&mut self, observer: &mut O) -> Result<Snapshot, Error> {
         let state = Snapshot::piece(|archive| self.persist(archive))?;
         let observer = Snapshot::piece(|archive| observer.persist(archive))?;
@@ -23,8 +23,8 @@ where
         Ok(Snapshot::of(&self.identity, [self.sweep, measured], state, observer))
     }
 
-    /// Overwrites what the run has become by what it was in a snapshot, which must not be of an
-    /// earlier sweep.
+    /// Overwrites the state of the run by that of a snapshot, which must not be of an earlier
+    /// sweep.
     pub(crate) fn restore<O: Persist + ?Sized>(
         &mut self,
         snapshot: &Snapshot,
@@ -59,22 +59,21 @@ where
     }
 }
 
-/// Whether the state of a generator is one that it can have: an odd number. It is the first and
-/// only one that is written, its lowest bits first.
+/// Whether the state of a generator is valid: an odd number. It is written as a single number with
+/// the lowest bits first.
 fn is_odd(generator: &Generator) -> bool {
     postcard::to_allocvec(generator).is_ok_and(|bytes| bytes.first().is_some_and(|byte| byte & 1 == 1))
 }
 
 impl<F: Field, T: TemperatureProfile, S> SimulationBuilder<F, T, S> {
-    /// Makes a simulation as [`build`](Self::build) does and goes on from a `snapshot` of one, with
-    /// the same bits as if it had not been interrupted. The observer, made anew by the same
-    /// code too, gets back what it had seen. There is no start.
+    /// Builds the simulation and continues from a `snapshot`, with the same bits as without the
+    /// interruption. The state of `observer`, made by the same code, is overwritten by that of the
+    /// snapshot. The start is not used.
     ///
     /// # Errors
-    /// [`Error::CheckpointMismatch`] with what differs if the snapshot is of another scene, scheme,
-    /// seed, of other moves, or of another observer; [`Error::CheckpointDamaged`] for a state
-    /// that cannot be; those of [`build`](Self::build). An observer that was to be read is of
-    /// no use then.
+    /// [`Error::CheckpointMismatch`] if scene, scheme, moves, seed or observer differ from those of
+    /// the snapshot; [`Error::CheckpointDamaged`] if the state is invalid; those of
+    /// [`build`](Self::build). The observer must not be used after an error.
     pub fn resume<O: Persist + ?Sized>(
         self,
         snapshot: &Snapshot,
@@ -88,7 +87,7 @@ impl<F: Field, T: TemperatureProfile, S> SimulationBuilder<F, T, S> {
         Ok(simulation)
     }
 
-    /// What a simulation that this makes is of.
+    /// The identity of the simulation that this builder makes.
     pub(crate) fn identity(self) -> Result<Identity, Error>
     where
         S: Scheme<F, T>,

@@ -1,34 +1,33 @@
-//! How long a series remembers.
+//! Autocorrelation times.
 
 use super::{Estimate, mean};
 use crate::Error;
 
-/// Integrated autocorrelation time of a series, and what follows from it.
+/// Integrated autocorrelation time of a series, and the effective number of independent numbers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Autocorrelation {
     /// τ = ½ + Σ ρ(t) in intervals of the series: ½ if successive numbers are independent. The
-    /// variance of the mean of N numbers is 2τ/N times that of one.
+    /// variance of the mean of N numbers is 2τ/N times that of one number.
     pub time: Estimate,
-    /// Number of lags that were summed.
+    /// Number of lags in the sum.
     pub window: usize,
-    /// Number N/(2τ) of independent numbers that would know the mean as well; at most N, so
-    /// anticorrelation is not counted as a gain.
+    /// Effective number of independent numbers N/(2τ), at most N.
     pub effective_sample_size: f64,
 }
 
 /// Integrated autocorrelation time with Sokal's automatic window: the sum over lags stops at the
 /// first W ≥ 5 τ(W) (Madras and Sokal, doi:10.1007/BF01022990).
 ///
-/// The error is theirs as well, τ √(2(2W + 1)/N). It holds for W much above τ; here it is too
-/// large, by a third for exponential decay.
-/// For correlations that decay as exp(−t/τ) the cut-off loses a relative e⁻⁵ = 0.7 %, and
-/// subtracting the sample mean another (2W + 1)/N; both make τ too small. A slow mode of small
-/// amplitude is lost altogether. The work is N·W; thin a very long series first.
+/// The standard error is τ √(2(2W + 1)/N), from the same paper. It is derived for W much larger
+/// than τ, and here it is too large, by a third for exponential decay. For correlations that decay
+/// as exp(−t/τ), τ is too small by a relative e⁻⁵ = 0.7 % from the cut-off and (2W + 1)/N from
+/// subtracting the sample mean. A slow mode of small amplitude is not detected. The work is N·W;
+/// thin a very long series first.
 ///
-/// Of a series whose numbers fall to and fro about their mean the sum does so too, and its first
-/// lags say little: the window is then as wide as for the series with every other sign turned, up
-/// to 1000 lags or a tenth of the series, and half of the last lag is left out.
+/// If the series alternates about its mean, so does the sum. The window is then that of the series
+/// with every second sign changed, up to 1000 lags or a tenth of the series, and the last lag has
+/// half weight.
 ///
 /// ```
 /// use gradient_mc::statistics::autocorrelation;
@@ -40,21 +39,22 @@ pub struct Autocorrelation {
 /// ```
 ///
 /// # Errors
-/// [`Error::TooFewObservations`] for a series shorter than 50 τ, whose τ cannot be trusted, so that
-/// what is needed is rounded up to two figures;
-/// [`Error::InvalidParameter`] if the series never changes or holds a number that is not finite.
+/// [`Error::TooFewObservations`] if the series is shorter than 50 τ; the needed length is then only
+/// approximate, rounded up to two figures; [`Error::InvalidParameter`] if the series is constant,
+/// or a number is not finite.
 pub fn autocorrelation(series: &[f64]) -> Result<Autocorrelation, Error> {
     const WINDOW_IN_TIMES: f64 = 5.0;
     const LENGTH_IN_TIMES: f64 = 50.0;
-    const WHAT: &str = "numbers of a series for its correlation time, fifty of which it must hold,";
-    /// Most lags for a series that changes sign.
+    const WHAT: &str = "numbers of a series for its autocorrelation time (fifty times this time)";
+    /// Largest number of lags for an alternating series.
     const MOST_STAGGERED: f64 = 1000.0;
-    /// Anticorrelation that matters: the time of the staggered series over that of the series.
+    /// A series is treated as alternating if the time of the staggered series over its own time
+    /// exceeds this.
     const ANTICORRELATED: f64 = 2.0;
 
     let count = series.len();
     let length = count as f64;
-    // Below the window of independent numbers there is nothing to sum.
+    // Smallest length: five times the window of independent numbers.
     let shortest = 25;
     if count < shortest {
         return Err(Error::TooFewObservations { what: WHAT, available: count, needed: shortest });
@@ -63,15 +63,15 @@ pub fn autocorrelation(series: &[f64]) -> Result<Autocorrelation, Error> {
     let centered: Vec<f64> = series.iter().map(|value| value - mean).collect();
     let variance = centered.iter().map(|value| value * value).sum::<f64>() / length;
     if !(variance.is_finite() && variance > 0.0) {
-        let requirement = "a correlation time needs a series of finite numbers that changes";
+        let requirement = "an autocorrelation time needs finite numbers that are not all equal";
         return Err(Error::InvalidParameter { name: "variance of the series", value: variance, requirement });
     }
     let (mut time, mut window) = (0.5_f64, 0);
-    // Of the series with every other number of the opposite sign.
+    // The time of the series with every second sign changed.
     let mut staggered = 0.5_f64;
     let mut last = 1.0;
     let limit = MOST_STAGGERED.min(0.1 * length);
-    // Summed over all lags τ would be exactly zero, so the window always closes.
+    // The sum over all lags is exactly zero, so the window always ends.
     while window + 1 < count
         && (window as f64) < WINDOW_IN_TIMES * time.max(staggered.min(limit / WINDOW_IN_TIMES))
     {
@@ -82,7 +82,7 @@ pub fn autocorrelation(series: &[f64]) -> Result<Autocorrelation, Error> {
         staggered += if window % 2 == 1 { -last } else { last };
     }
     if staggered > ANTICORRELATED * time {
-        // The sum goes to and fro about its limit.
+        // The sum alternates about its limit.
         time -= 0.5 * last;
     }
     if length < LENGTH_IN_TIMES * time {
@@ -96,7 +96,7 @@ pub fn autocorrelation(series: &[f64]) -> Result<Autocorrelation, Error> {
     Ok(Autocorrelation { time: Estimate::new(time, standard_error), window, effective_sample_size })
 }
 
-/// A number that is known roughly, to two figures.
+/// Rounds up to two figures.
 fn rounded_up(number: f64) -> f64 {
     let mut unit = 1.0;
     while number > 100.0 * unit {

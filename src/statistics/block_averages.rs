@@ -5,30 +5,31 @@ use super::memory::{Correlation, Memory, Pooled};
 use super::{Estimate, MINIMUM_BLOCKS};
 use crate::{Error, Merge};
 
-/// Averages of vectors that arrive one by one, with errors of means and of functions of means.
+/// Averages of a sequence of vectors in bounded memory, with standard errors of means and of
+/// functions of means.
 ///
 /// Observations are summed into blocks of equal length. When
 /// [`MAXIMUM_BLOCKS`](Self::MAXIMUM_BLOCKS) blocks are complete, neighbors are merged and the block
 /// length doubles; so after the first 64 observations there are always 64 to 127 complete blocks,
-/// and memory does not grow with the length of the run.
+/// and the memory does not grow with the length of the run.
 ///
 /// # Errors of correlated data
-/// The squared error of a mean of N numbers is σ² g/N · ν/(ν − 2), component by component. Here
-/// g = 2τ, with τ = ½ + Σ ρ(k) the correlation time of the blocks, summed to the lag W ≥ 3 τ and
-/// corrected for the mean that is subtracted (Madras and Sokal, doi:10.1007/BF01022990; Wolff,
-/// doi:10.1016/S0010-4655(03)00467-3); g is at least 1. The variance so found is known as one with
-/// ν = 2B/(2(2W + 1) + g) degrees of freedom is, with B blocks, and the last factor is what
-/// Student's distribution of that many has more in variance than the normal one: errors from few
-/// independent numbers are wider. The error is on average 9 to 20 % too large and scatters by some
-/// 20 %. From 10 independent numbers on the deviations from the truth are as large as the errors
-/// within some 10 % for an exponential memory, and within a quarter for one of two times. Below, τ
-/// of a single series is too uncertain: there the profiles take the mean of ρ over neighboring
-/// bins, which scatters less, and are right within a quarter from some three independent
-/// configurations on (`docs/stability.md`).
+/// The squared error of the mean of N numbers is σ² g/N · ν/(ν − 2) for each component. Here g =
+/// 2τ, at least 1, and τ = ½ + Σ ρ(k) is the autocorrelation time of the blocks, summed up to the
+/// lag W ≥ 3 τ and corrected for the subtracted mean (Madras and Sokal, doi:10.1007/BF01022990;
+/// Wolff, doi:10.1016/S0010-4655(03)00467-3). The estimate of σ² g has ν = 2B/(2(2W + 1) + g)
+/// degrees of freedom for B blocks. The factor ν/(ν − 2) is the variance of Student's distribution,
+/// and widens errors from few independent numbers.
 ///
-/// Replicas that are merged keep their own means. If those scatter more than the blocks explain
-/// (beyond the quantile 0.99 of χ²), the scatter is the error:
-/// R/(R − 1) Σ wᵣ² (mᵣ − m)², with weights wᵣ that add up to 1.
+/// The error is on average 9 to 20 % too large and scatters by about 20 %. With 10 or more
+/// independent numbers it agrees with the true deviations within about 10 % for an exponential
+/// autocorrelation, and within a quarter for one with two times. With fewer, τ of a single series
+/// is too uncertain. Profiles therefore average ρ over neighboring bins, and their errors are right
+/// within a quarter from about three independent configurations on (`docs/stability.md`).
+///
+/// Merged replicas keep their own means. If these scatter significantly more than the errors from
+/// blocks (above the quantile 0.99 of χ²), the squared error is that of the scatter: R/(R − 1) Σ
+/// wᵣ² (mᵣ − m)², with weights wᵣ whose sum is 1.
 ///
 /// ```
 /// use gradient_mc::statistics::BlockAverages;
@@ -37,7 +38,7 @@ use crate::{Error, Merge};
 ///     let noise = f64::from(i * 7919 % 1009) / 1009.0 - 0.5;
 ///     averages.push(&[6.0 + noise, 2.0 + noise / 3.0])?;
 /// }
-/// // The noise cancels in the ratio, and the jackknife knows.
+/// // The noise cancels in the ratio; the jackknife error includes this.
 /// let ratio = averages.jackknife(|means| [means[0] / means[1]])?[0];
 /// assert!((ratio.mean - 3.0).abs() < 1e-6 && ratio.standard_error < 1e-6);
 /// assert!(averages.standard_errors()?[0] > 1e-3);
@@ -47,32 +48,32 @@ use crate::{Error, Merge};
 pub struct BlockAverages {
     components: usize,
     block_length: u64,
-    /// Sums over the complete blocks of this accumulator, block after block.
+    /// Sums over the complete blocks of this accumulator.
     sums: Vec<f64>,
-    /// Sum over the incomplete block, and the observations in it.
+    /// Sum over the incomplete block; below, its number of observations.
     partial: Vec<f64>,
     partial_observations: u64,
-    /// Sums over the complete blocks of replicas merged in, replica after replica.
+    /// Sums over the complete blocks of merged replicas.
     replica_sums: Vec<f64>,
-    /// Number of blocks of each of those replicas.
+    /// Number of blocks of each merged replica.
     replica_blocks: Vec<usize>,
-    /// What is left of the replicas beyond their complete blocks: it counts in the mean only.
+    /// Sum over the incomplete blocks of merged replicas, used in the mean only.
     remainder: Vec<f64>,
     remainder_observations: u64,
-    /// What is observed, and for what.
+    /// The kind of data and the estimate, for error messages.
     what: &'static str,
 }
 
 impl BlockAverages {
-    /// Complete blocks at which neighbors are merged.
+    /// Number of complete blocks at which neighbors are merged.
     pub const MAXIMUM_BLOCKS: usize = 128;
     /// Largest number of components.
     pub const MAXIMUM_COMPONENTS: usize = 1 << 20;
 
-    /// An accumulator of vectors with this many components.
+    /// Makes an empty accumulator of vectors with this number of components.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] unless there are between 1 and 2²⁰ components.
+    /// [`Error::InvalidParameter`] if the number of components is not between 1 and 2²⁰.
     pub fn new(components: usize) -> Result<Self, Error> {
         if components == 0 || components > Self::MAXIMUM_COMPONENTS {
             return Err(Error::InvalidParameter {
@@ -84,7 +85,7 @@ impl BlockAverages {
         Ok(Self::of(components))
     }
 
-    /// Averages of a number of components that is known to be right.
+    /// [`new`](Self::new) for a valid number of components.
     pub(crate) fn of(components: usize) -> Self {
         Self {
             components,
@@ -100,7 +101,7 @@ impl BlockAverages {
         }
     }
 
-    /// Those of an observer: what it says to be too few.
+    /// Sets the text of the error for too few observations.
     pub(crate) fn said_of(self, what: &'static str) -> Self {
         Self { what, ..self }
     }
@@ -115,14 +116,14 @@ impl BlockAverages {
         if found == self.components {
             return Ok(());
         }
-        let requirement = "it must be the number that the accumulator was made for";
+        let requirement = "it must be that of the accumulator";
         Err(Error::InvalidParameter { name: "number of components", value: found as f64, requirement })
     }
 
     /// Adds one observation.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a vector of another length; nothing is added then.
+    /// [`Error::InvalidParameter`] if the vector has another length; nothing is added then.
     pub fn push(&mut self, observation: &[f64]) -> Result<(), Error> {
         self.require_components(observation.len())?;
         for (sum, value) in self.partial.iter_mut().zip(observation) {
@@ -140,8 +141,8 @@ impl BlockAverages {
         Ok(())
     }
 
-    /// Doubles the block length. An odd block of this accumulator goes on being filled, one of a
-    /// replica joins the remainder.
+    /// Doubles the block length. An odd last block of this accumulator becomes the incomplete
+    /// block; that of a replica is added to the remainder.
     fn coarsen(&mut self) {
         let odd = merge_pairs(&mut self.sums, self.components);
         if !odd.is_empty() {
@@ -166,7 +167,7 @@ impl BlockAverages {
         self.block_length *= 2;
     }
 
-    /// Observations added so far, those of merged replicas included.
+    /// Number of observations so far, including merged replicas.
     #[must_use]
     pub fn observations(&self) -> u64 {
         self.blocks().len() as u64 * self.block_length
@@ -174,14 +175,14 @@ impl BlockAverages {
             + self.remainder_observations
     }
 
-    /// Observations in a block.
+    /// Number of observations in a block.
     #[must_use]
     pub fn block_length(&self) -> u64 {
         self.block_length
     }
 
     fn block_sums(&self) -> impl ExactSizeIterator<Item = &[f64]> + Clone {
-        // Both are whole numbers of blocks; a chained iterator would not know its length.
+        // Both are whole numbers of blocks; a chained iterator has no exact length.
         let replicas = self.replica_sums.len() / self.components;
         let blocks = replicas + self.sums.len() / self.components;
         (0..blocks).map(move |block| {
@@ -191,16 +192,16 @@ impl BlockAverages {
         })
     }
 
-    /// Means of the complete blocks: first those of merged replicas, then this accumulator's in the
-    /// order of time.
+    /// Means of the complete blocks: first those of merged replicas, then those of this accumulator
+    /// in the order of time.
     #[must_use]
     pub fn blocks(&self) -> impl ExactSizeIterator<Item = Vec<f64>> + Clone {
         let length = self.block_length as f64;
         self.block_sums().map(move |sums| sums.iter().map(|sum| sum / length).collect())
     }
 
-    /// Mean of every component over all observations, those in the incomplete block included; NaN
-    /// before the first.
+    /// Mean of every component over all observations, including the incomplete block; NaN before
+    /// the first observation.
     #[must_use]
     pub fn mean(&self) -> Vec<f64> {
         let mut means: Vec<f64> = self
@@ -219,16 +220,17 @@ impl BlockAverages {
         means
     }
 
-    /// Standard error of every component of [`mean`](Self::mean); see the type for its statistics.
+    /// Standard error of every component of [`mean`](Self::mean); see the type for the method.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 complete blocks.
+    /// [`Error::TooFewObservations`] for fewer than 16 complete blocks.
     pub fn standard_errors(&self) -> Result<Vec<f64>, Error> {
         self.standard_errors_of_rows(&[])
     }
 
-    /// The same for components that are rows of equal lengths, one after the other, in which so
-    /// many neighbors to either side share their memory, one number for each row.
+    /// [`standard_errors`](Self::standard_errors) for components in rows of equal lengths.
+    /// `reaches` is, for each row, the number of neighbors on either side with a common
+    /// autocorrelation time.
     pub(crate) fn standard_errors_of_rows(&self, reaches: &[usize]) -> Result<Vec<f64>, Error> {
         let replicas = self.replicas()?;
         let series: Vec<_> = (0..self.components).map(|index| self.series(&replicas, index)).collect();
@@ -243,14 +245,13 @@ impl BlockAverages {
         replicas.iter().map(of_replica).collect()
     }
 
-    /// The errors of the means of all observations, of what complete blocks say, for every
-    /// component.
+    /// The errors of the means of all observations, from complete blocks, for every component.
     fn errors(&self, series: &[Vec<Vec<f64>>], reaches: &[usize]) -> Vec<Pooled> {
         let blocks = self.block_sums().len() as f64;
         errors(series, reaches, blocks * self.block_length as f64 / self.observations() as f64)
     }
 
-    /// Components that have contradicting means in the replicas; none before there are 16 blocks.
+    /// Components whose means disagree between replicas; empty for fewer than 16 blocks.
     pub(crate) fn contradictions(&self) -> Vec<usize> {
         let Ok(replicas) = self.replicas() else { return Vec::new() };
         if replicas.len() < 2 {
@@ -261,8 +262,8 @@ impl BlockAverages {
         errors.filter(|(_, pooled)| pooled.contradict).map(|(index, _)| index).collect()
     }
 
-    /// Number of independent observations of some components taken together, within a replica:
-    /// their correlations are averaged. NaN before there are 16 blocks.
+    /// Effective number of independent observations within a replica, from the averaged
+    /// correlations of some components; NaN for fewer than 16 blocks.
     pub(crate) fn independent(&self, components: impl IntoIterator<Item = usize>) -> f64 {
         let Ok(replicas) = self.replicas() else { return f64::NAN };
         let series = components.into_iter().map(|index| self.series(&replicas, index));
@@ -271,10 +272,10 @@ impl BlockAverages {
         Memory::of(&correlations.iter().collect::<Vec<_>>()).independent(blocks)
     }
 
-    /// [`mean`](Self::mean) and [`standard_errors`](Self::standard_errors) together.
+    /// [`mean`](Self::mean) and [`standard_errors`](Self::standard_errors) of every component.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 complete blocks.
+    /// [`Error::TooFewObservations`] for fewer than 16 complete blocks.
     pub fn estimates(&self) -> Result<Vec<Estimate>, Error> {
         self.estimates_of_rows(&[])
     }
@@ -286,17 +287,16 @@ impl BlockAverages {
         Ok(self.mean().into_iter().zip(errors).map(|(mean, error)| Estimate::new(mean, error)).collect())
     }
 
-    /// Functions of the means, such as ratios, with errors by the jackknife over blocks:
-    /// correlations between components and in time are accounted for, as in
+    /// Values of a `function` of the means, such as ratios, with errors by the jackknife over
+    /// blocks. They include correlations between components and in time, as in
     /// [`standard_errors`](Self::standard_errors).
     ///
-    /// The value is `function` of the means of all observations. Its bias is of the order of the
-    /// squared error, as that of any ratio of averages, and is not corrected. `function` is called
-    /// once for every block, and must return the same number of values each time: it is as if
-    /// values that are missing in any call were NaN.
+    /// The values are those for the means of all observations. Their bias, of the order of the
+    /// squared error, is not corrected. `function` is called once for every block and must always
+    /// return the same number of values; missing values are treated as NaN.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 complete blocks.
+    /// [`Error::TooFewObservations`] for fewer than 16 complete blocks.
     pub fn jackknife<R: AsRef<[f64]>>(
         &self,
         function: impl FnMut(&[f64]) -> R,
@@ -314,11 +314,11 @@ impl BlockAverages {
         Ok(self.jackknifed(function)?.estimates_of_rows(reaches, <[f64]>::to_vec))
     }
 
-    /// Values of `function`, of all and of all but every block, kept so that functions of them can
-    /// be had later.
+    /// Values of `function` for all blocks and for all but one block, from which functions of them
+    /// are computed later.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 complete blocks.
+    /// [`Error::TooFewObservations`] for fewer than 16 complete blocks.
     pub(crate) fn jackknifed<R: AsRef<[f64]>>(
         &self,
         mut function: impl FnMut(&[f64]) -> R,
@@ -346,7 +346,7 @@ impl BlockAverages {
         Ok(Jackknife::new(values, without, blocks * length / self.observations() as f64))
     }
 
-    /// Sums over complete blocks of every replica that has any.
+    /// Sums over complete blocks of every replica that has some.
     fn replicas(&self) -> Result<Vec<&[f64]>, Error> {
         let blocks = self.block_sums().len();
         if blocks < MINIMUM_BLOCKS {
@@ -372,9 +372,9 @@ impl BlockAverages {
     }
 }
 
-/// The shorter blocks of the two are first merged to the length of the longer. Blocks of different
-/// replicas are never merged with each other, so a replica's slow modes stay visible as a
-/// difference between blocks. Memory grows with the number of replicas.
+/// The shorter blocks of the two are first merged to the length of the longer ones. Blocks of
+/// different replicas are never merged, so slow modes remain visible as differences between
+/// replicas. The memory grows with the number of replicas.
 impl Merge for BlockAverages {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.require_components(other.components)?;
@@ -413,7 +413,7 @@ persist!(
 
 #[cfg(feature = "checkpoint")]
 impl BlockAverages {
-    /// Whether there are whole blocks, no more than there can be.
+    /// Whether the numbers of blocks are valid.
     fn makes_sense(&self) -> bool {
         let own = self.sums.len() / self.components;
         let replicas = self.replica_sums.len() / self.components;
@@ -428,8 +428,7 @@ impl BlockAverages {
     }
 }
 
-/// Replaces blocks by the sums of neighboring pairs, and returns the last block if it has no
-/// partner.
+/// Replaces blocks by the sums of neighboring pairs. Returns the last block if it has no partner.
 fn merge_pairs(sums: &mut Vec<f64>, components: usize) -> Vec<f64> {
     let pairs = sums.len() / components / 2;
     let odd = sums.split_off(2 * pairs * components);

@@ -5,22 +5,22 @@ use super::memory::{independent, widened};
 use super::{BlockAverages, Estimate, MINIMUM_BLOCKS, larger, mean};
 use crate::Error;
 
-/// What too few numbers are too few for.
+/// Text of the error for too few numbers.
 const ERROR: &str = "numbers of a series for a standard error";
 
-/// Mean of a series of correlated numbers, with its error by automated blocking.
+/// Mean of a series of correlated numbers, with its standard error by automated blocking.
 ///
-/// Neighbors are averaged pairwise until what remains is independent (Flyvbjerg and Petersen,
-/// doi:10.1063/1.457480); where to stop is decided by Jonsson's χ² test at the 1 % level on the
-/// neighbor correlations of all further levels (doi:10.1103/PhysRevE.98.043304). To the variance of
-/// the level where the test stops, the neighbor covariance left there is added if it is positive:
-/// without it the error comes out low by the correlation that the test could not yet see. If the
-/// test passes at no level with at least 16 blocks, the largest error of those levels is taken.
+/// Neighbors are averaged pairwise until the averages are independent (Flyvbjerg and Petersen,
+/// doi:10.1063/1.457480). The level is chosen by Jonsson's χ² test at the 1 % level on the neighbor
+/// correlations of all further levels (doi:10.1103/PhysRevE.98.043304). The remaining neighbor
+/// covariance of this level is added to the variance if it is positive; without it the error would
+/// be too small by correlations that the test does not detect. If no level with at least 16 blocks
+/// passes the test, the largest error of these levels is used.
 ///
-/// In a series of fewer than 40 independent numbers that is too small. There the error is at least
-/// that of [`BlockAverages`], which is widened for what few numbers do not know.
+/// For fewer than 40 independent numbers this error is too small. Then it is at least the widened
+/// error of [`BlockAverages`].
 ///
-/// A series that never changes has error zero. A number that is not finite makes both results NaN.
+/// A constant series has error zero. If a number is not finite, mean and error are NaN.
 ///
 /// ```
 /// use gradient_mc::statistics::blocking;
@@ -31,9 +31,9 @@ const ERROR: &str = "numbers of a series for a standard error";
 /// ```
 ///
 /// # Errors
-/// [`Error::TooFewObservations`] below 16 numbers.
+/// [`Error::TooFewObservations`] for fewer than 16 numbers.
 pub fn blocking(series: &[f64]) -> Result<Estimate, Error> {
-    /// From here on blocking sees the whole memory.
+    /// Number of independent numbers from which the blocking error is used without widening.
     const ENOUGH: f64 = 40.0;
     let plain = plateau(series)?;
     let length = series.len().div_ceil(BlockAverages::MAXIMUM_BLOCKS);
@@ -45,17 +45,16 @@ pub fn blocking(series: &[f64]) -> Result<Estimate, Error> {
     Ok(Estimate::new(plain.mean, larger(plain.standard_error, widened)))
 }
 
-/// The mean with the error by Jonsson's test, which is too small in a series of few independent
-/// numbers.
+/// The mean with the error by Jonsson's test alone, which is too small for few independent numbers.
 pub(crate) fn plateau(series: &[f64]) -> Result<Estimate, Error> {
-    /// Of 0.99.
+    /// Quantile 0.99.
     const NORMAL_QUANTILE: f64 = 2.326_347_874_040_841;
     /// One level of blocking.
     struct Level {
         blocks: usize,
-        /// Squared standard error of the mean, as if blocks were independent.
+        /// Squared standard error of the mean for independent blocks.
         independent: f64,
-        /// The same, with neighboring blocks correlated as measured.
+        /// The same, with the measured correlation of neighboring blocks.
         corrected: f64,
         /// n [γ(1)/σ² + (n − 1)/n²]²: χ² with one degree of freedom if blocks are independent.
         correlation: f64,
@@ -75,7 +74,7 @@ pub(crate) fn plateau(series: &[f64]) -> Result<Estimate, Error> {
     let mut levels = Vec::new();
     while blocks.len() >= 2 {
         let count = blocks.len() as f64;
-        // The mean of whole blocks: blocks that were left over at the end are not in it.
+        // The mean of the blocks of this level, without those left over at the end.
         let center = blocks.iter().sum::<f64>() / count;
         let variance = blocks.iter().map(|block| (block - center) * (block - center)).sum::<f64>() / count;
         let covariance =
@@ -111,14 +110,14 @@ pub(crate) fn plateau(series: &[f64]) -> Result<Estimate, Error> {
     Ok(Estimate::new(mean, squared.sqrt()))
 }
 
-/// Variance of a correlated series (not of its mean), with its error by [`blocking`].
+/// Variance of the numbers of a correlated series (not of its mean), with its error by
+/// [`blocking`].
 ///
-/// The mean of (x − x̄)² is low by the variance of x̄, which blocking supplies; so the result is
-/// unbiased to first order in the correlation time over the length. Fluctuations of the center of
-/// mass give a response: Var(h) = (T²/N) dh/dT in an isothermal column.
+/// The variance of x̄, by blocking, is added to the mean of (x − x̄)², so the result is unbiased to
+/// first order in the autocorrelation time over the length.
 ///
 /// # Errors
-/// [`Error::TooFewObservations`] below 16 numbers.
+/// [`Error::TooFewObservations`] for fewer than 16 numbers.
 pub fn variance(series: &[f64]) -> Result<Estimate, Error> {
     let Estimate { mean, standard_error } = blocking(series)?;
     let squares: Vec<f64> = series.iter().map(|value| (value - mean) * (value - mean)).collect();
@@ -126,15 +125,15 @@ pub fn variance(series: &[f64]) -> Result<Estimate, Error> {
     Ok(Estimate::new(squared.mean + standard_error * standard_error, squared.standard_error))
 }
 
-/// Mean of the second half of a series minus mean of the first, with the error by [`blocking`] each
-/// half, which is not widened: a drift is to be seen.
+/// Drift of a series: mean of the second half minus mean of the first half. Its error is by
+/// [`blocking`] each half, not widened, to detect a drift.
 ///
-/// A steady state gives zero within about two errors; so does a drift that is slower than the
-/// noise, and halves that are short against the relaxation of the system. Middle element of an odd
-/// length: in the second half.
+/// In a steady state it is zero within about two standard errors. It is also zero within errors if
+/// the drift is smaller than the noise, or if the series is shorter than the relaxation time. For
+/// an odd length the middle element is in the second half.
 ///
 /// # Errors
-/// [`Error::TooFewObservations`] below 32 numbers.
+/// [`Error::TooFewObservations`] for fewer than 32 numbers.
 pub fn drift(series: &[f64]) -> Result<Estimate, Error> {
     let needed = 2 * MINIMUM_BLOCKS;
     if series.len() < needed {
@@ -146,7 +145,7 @@ pub fn drift(series: &[f64]) -> Result<Estimate, Error> {
     }
     let (first, second) = series.split_at(series.len() / 2);
     let (first, second) = (plateau(first)?, plateau(second)?);
-    // Neighbors across the cut are correlated, which is of relative order τ/length.
+    // The correlation across the cut is neglected; it is of relative order τ/length.
     let squared = first.standard_error * first.standard_error + second.standard_error * second.standard_error;
     Ok(Estimate::new(second.mean - first.mean, squared.sqrt()))
 }

@@ -1,8 +1,8 @@
 //! Quantiles of the χ² distribution.
 
-/// The quantile of the χ² distribution that a normal number has at so many standard deviations,
-/// after Wilson and Hilferty (doi:10.1073/pnas.17.12.684). For 0.99 it is right within 1 % at one
-/// degree of freedom and 0.25 % above.
+/// Quantile of the χ² distribution at the probability of a normal number below `sigmas` standard
+/// deviations, by Wilson and Hilferty's formula (doi:10.1073/pnas.17.12.684). For 0.99 its error is
+/// 1 % at one degree of freedom and 0.25 % above.
 pub(crate) fn chi_squared_quantile(degrees: usize, sigmas: f64) -> f64 {
     let spread = 2.0 / (9.0 * degrees as f64);
     let root = 1.0 - spread + sigmas * spread.sqrt();

@@ -1,16 +1,17 @@
-//! The paper's two measures of error, exactly as it defines them (doi:10.1103/PhysRevE.83.061306).
+//! The two measures of error of the paper (doi:10.1103/PhysRevE.83.061306).
 //!
 //! Neither is a standard error. For N independent Gaussian runs of standard deviation s,
 //!
 //! E\[σ\] = √(2(N − 1)/(πN)) s/P: 0.714 s/P for the paper's five runs,
 //!
-//! while the standard error of their mean is s/√N = 0.447 s. So the paper's σ overstates the error
-//! of the mean that it plots by 0.714/0.447 = 1.6, if its runs are independent; the five runs there
-//! are successive intervals of one simulation, and what they have in common does not show in σ.
+//! while the standard error of their mean is s/√N = 0.447 s. For independent runs, σ is therefore
+//! 0.714/0.447 = 1.6 times the relative standard error of the mean. The five runs of the paper are
+//! successive intervals of one simulation; σ does not contain errors that they have in common.
 
 use crate::Error;
 
-/// σ = Σ |Pᵢ − P|/(N P) of N runs with mean P, eq. (32): the mean absolute deviation over the mean.
+/// The σ of the paper, eq. (32): mean absolute deviation of N runs over their mean P, Σ |Pᵢ − P|/(N
+/// P).
 ///
 /// ```
 /// use gradient_mc::statistics::deviations::scatter;
@@ -18,10 +19,10 @@ use crate::Error;
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```
 ///
-/// A mean of zero gives ∞ or NaN.
+/// The result is ∞ or NaN if the mean is zero.
 ///
 /// # Errors
-/// [`Error::TooFewObservations`] below two runs.
+/// [`Error::TooFewObservations`] for fewer than two runs.
 pub fn scatter(runs: &[f64]) -> Result<f64, Error> {
     if runs.len() < 2 {
         return Err(Error::TooFewObservations {
@@ -35,16 +36,16 @@ pub fn scatter(runs: &[f64]) -> Result<f64, Error> {
     Ok(runs.iter().map(|run| (run - mean).abs()).sum::<f64>() / (count * mean))
 }
 
-/// E\[σ\] P/s = √(2(N − 1)/(πN)): what [`scatter`] of N Gaussian runs is on average, in units of
-/// the relative standard deviation s/P of one run. Divide σ by it and by √N for the relative
-/// standard error of the mean.
+/// Expected [`scatter`] of N Gaussian runs, in units of the relative standard deviation s/P of one
+/// run: √(2(N − 1)/(πN)). Divide σ by this number and by √N to get the relative standard error of
+/// the mean.
 #[must_use]
 pub fn expected_scatter(runs: usize) -> f64 {
     let count = runs as f64;
     (std::f64::consts::FRAC_2_PI * (count - 1.0) / count).sqrt()
 }
 
-/// δ = |P − `P_theory`|/`P_theory`, eq. (33).
+/// The δ of the paper, eq. (33): relative deviation |P − `P_theory`|/`P_theory`.
 #[must_use]
 pub fn deviation(measured: f64, theory: f64) -> f64 {
     (measured - theory).abs() / theory

@@ -1,38 +1,37 @@
-//! Where a series becomes steady.
+//! Detection of the beginning of the steady state of a series.
 
 use super::{Estimate, autocorrelation, mean};
 use crate::Error;
 
-/// The steady part of a series.
+/// The steady part of a series, as found by [`equilibration`].
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub struct Equilibration {
-    /// Index of the first number that belongs to it.
+    /// Index of the first number of the steady part.
     pub start: usize,
-    /// Numbers in it that are as good as independent, N/(2τ).
+    /// Effective number of independent numbers in the steady part, N/(2τ).
     pub effective_sample_size: f64,
-    /// Its integrated autocorrelation time τ, in intervals of the series; see
+    /// Integrated autocorrelation time τ of the steady part, in intervals of the series; see
     /// [`autocorrelation`](super::autocorrelation()).
     pub autocorrelation_time: Estimate,
 }
 
-/// The beginning of the steady state as the data have it: where cutting leaves the largest number
-/// of independent numbers, (N − start)/(2τ) with τ that of the rest (Chodera,
-/// doi:10.1021/acs.jctc.5b00784).
+/// Detects the beginning of the steady state of a series: the start with the largest effective
+/// number of independent numbers, (N − start)/(2τ), where τ is the autocorrelation time of the rest
+/// (Chodera, doi:10.1021/acs.jctc.5b00784).
 ///
-/// While relaxation is part of the series, it looks like a slow correlation and makes τ large; once
-/// it is gone, cutting more only loses data. Candidates are 0, 1, 2, ... and further on 3 % apart.
-/// A long series is searched as means over blocks, at most 4096 of them, which bounds the work; the
-/// start is then a whole number of blocks.
+/// If the relaxation is part of the rest, τ is large; if more is cut than the relaxation, data are
+/// lost. Candidates are 0, 1, 2, ... and further on 3 % apart. A long series is first averaged over
+/// at most 4096 blocks, which bounds the work; the start is then a whole number of blocks.
 ///
-/// The rule always finds a start, in a series that never settles as well. Here it must be in the
-/// first half, and the rest 50 τ long. What it cannot see is a relaxation that is slower than the
-/// series, or one under noise that is anticorrelated: starts from both sides are still needed.
+/// This rule finds a start also in a series without a steady state. Therefore the start must be in
+/// the first half, and the rest at least 50 τ long. The rule cannot detect a relaxation that is
+/// slower than the series, or one hidden by anticorrelated noise. Therefore compare runs from a
+/// dense and a dilute start.
 ///
-/// A large fall that is as fast as the fluctuations after it, or faster, would deceive the rule:
-/// its τ is no longer than theirs, and keeping it makes the numbers look independent. So whatever
-/// is followed, in the first half, by a number farther than six standard deviations of the second
-/// half from the mean of that is cut off beforehand.
+/// The rule would also keep a large relaxation that is as fast as the fluctuations, because its τ
+/// is not longer. Therefore everything is cut up to the last number of the first half that differs
+/// from the mean of the second half by more than six of its standard deviations.
 ///
 /// ```
 /// use gradient_mc::statistics::equilibration;
@@ -50,14 +49,13 @@ pub struct Equilibration {
 /// ```
 ///
 /// # Errors
-/// [`Error::NotEquilibrated`] if the best start lies in the second half or leaves fewer than 25
-/// independent numbers; [`Error::TooFewObservations`] below 100 numbers;
-/// [`Error::InvalidParameter`] if the series does not change in its second half or holds a number
-/// that is not finite.
+/// [`Error::NotEquilibrated`] if the best start is in the second half, or leaves fewer than 25
+/// independent numbers; [`Error::TooFewObservations`] for fewer than 100 numbers;
+/// [`Error::InvalidParameter`] if the second half is constant, or a number is not finite.
 pub fn equilibration(series: &[f64]) -> Result<Equilibration, Error> {
     const SHORTEST: usize = 100;
     const MOST_BLOCKS: usize = 4096;
-    /// Fewest numbers, or blocks, of which τ is worth a look.
+    /// Smallest number of values, or blocks, for an estimate of τ.
     const SHORTEST_REST: usize = 25;
 
     let observations = series.len();
@@ -72,7 +70,7 @@ pub fn equilibration(series: &[f64]) -> Result<Equilibration, Error> {
         Error::require_finite("number in the series", value)?;
     }
     let block = observations.div_ceil(MOST_BLOCKS);
-    // Blocks end where the series does; what does not fill one is left out at the beginning.
+    // The blocks end at the end of the series; an incomplete block at the beginning is dropped.
     let offset = observations % block;
     let blocks: Vec<f64> = series[offset..].chunks_exact(block).map(mean).collect();
     let (mut start, mut most) = (0, 0.0);
@@ -103,7 +101,7 @@ pub fn equilibration(series: &[f64]) -> Result<Equilibration, Error> {
     }
 }
 
-/// Behind the last number of the first half that cannot belong to the second.
+/// Index after the last number of the first half that differs too much from the second half.
 fn end_of_fall(series: &[f64]) -> usize {
     const FARTHEST: f64 = 6.0;
 
@@ -112,14 +110,13 @@ fn end_of_fall(series: &[f64]) -> usize {
     let mean = mean(second);
     let variance = second.iter().map(|value| (value - mean) * (value - mean)).sum::<f64>() / length;
     let foreign = |value: &f64| (value - mean) * (value - mean) > FARTHEST * FARTHEST * variance;
-    // A second half that never changes is refused later, whatever is cut off.
+    // A constant second half is refused later.
     first.iter().rposition(foreign).filter(|_| variance > 0.0).map_or(0, |last| last + 1)
 }
 
 /// Statistical inefficiency 2τ of a series, at least 1: the sum of correlations up to the first
-/// that is not positive, but over three lags at least, as in the paper cited above. Sokal's window
-/// would close before a slow remainder of the relaxation under fast noise is summed up, and leave
-/// too much of it.
+/// that is not positive, but over at least three lags, as in the paper cited above. Sokal's window
+/// is too short for a slow relaxation of small amplitude under fast noise.
 fn inefficiency(series: &[f64]) -> f64 {
     const FEWEST_LAGS: usize = 3;
 
@@ -128,7 +125,7 @@ fn inefficiency(series: &[f64]) -> f64 {
     let centered: Vec<f64> = series.iter().map(|value| value - mean).collect();
     let squares: f64 = centered.iter().map(|value| value * value).sum();
     if squares <= 0.0 {
-        // Constant: nothing is known of how often it might change.
+        // The autocorrelation time of a constant series is unknown.
         return length;
     }
     let mut inefficiency = 1.0;

@@ -1,11 +1,11 @@
-//! A number with its error bar.
+//! A mean with its standard error.
 
 use std::fmt;
 use std::ops::{Add, Div, Mul, Neg, Sub};
 
 /// A mean and its standard error (one standard deviation of the mean).
 ///
-/// Printed as value(uncertainty), the uncertainty with two figures in units of the last place:
+/// It prints as value(error), with two figures of the error in units of the last digits:
 ///
 /// ```
 /// use gradient_mc::statistics::Estimate;
@@ -15,11 +15,11 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 /// ```
 ///
 /// # Arithmetic
-/// The operators +, −, × and ÷ take an estimate and an *exact* number. Two estimates have no
-/// operators, because the error of a sum depends on how the two are correlated, which they do not
-/// know: numbers of one run are correlated. Where two are independent (other seeds, other scenes),
-/// the methods whose names say so combine them, with errors to first order. Functions of numbers
-/// from one run need [`jackknife`](super::BlockAverages::jackknife).
+/// The operators +, −, × and ÷ combine an estimate with an *exact* number. There are no operators
+/// for two estimates, because the error of a sum depends on their correlation, and estimates from
+/// one run are correlated. Combine independent estimates (other seeds or scenes) with the methods
+/// named `..._independent`, with errors to first order. For functions of several numbers from one
+/// run use [`jackknife`](super::BlockAverages::jackknife).
 ///
 /// ```
 /// use gradient_mc::statistics::Estimate;
@@ -39,7 +39,7 @@ pub struct Estimate {
     pub standard_error: f64,
 }
 
-/// A number without an error.
+/// An exact number, with error 0.
 impl From<f64> for Estimate {
     fn from(value: f64) -> Self {
         Self::exact(value)
@@ -47,40 +47,39 @@ impl From<f64> for Estimate {
 }
 
 impl Estimate {
-    /// A value with its standard error.
+    /// Makes an estimate from a value and its standard error.
     #[must_use]
     pub fn new(mean: f64, standard_error: f64) -> Self {
         Self { mean, standard_error }
     }
 
-    /// A value without an error.
+    /// Makes an estimate from an exact value, with error 0.
     #[must_use]
     pub fn exact(value: f64) -> Self {
         Self::new(value, 0.0)
     }
 
-    /// The sum with an estimate whose errors have nothing to do with those of this one.
+    /// Sum with an independent estimate.
     #[must_use]
     pub fn plus_independent(self, other: Self) -> Self {
         Self::new(self.mean + other.mean, libm::hypot(self.standard_error, other.standard_error))
     }
 
-    /// This less an estimate whose errors have nothing to do with those of this one.
+    /// Difference to an independent estimate, `self` − `other`.
     #[must_use]
     pub fn minus_independent(self, other: Self) -> Self {
         self.plus_independent(-other)
     }
 
-    /// The product with an estimate whose errors have nothing to do with those of this one; errors
-    /// to first order.
+    /// Product with an independent estimate; the error is to first order.
     #[must_use]
     pub fn times_independent(self, other: Self) -> Self {
         let error = libm::hypot(self.standard_error * other.mean, other.standard_error * self.mean);
         Self::new(self.mean * other.mean, error)
     }
 
-    /// The ratio to an estimate whose errors have nothing to do with those of this one; errors to
-    /// first order, which needs that of the denominator to be small.
+    /// Ratio to an independent estimate; the error is to first order, for a small relative error of
+    /// the denominator.
     #[must_use]
     pub fn over_independent(self, other: Self) -> Self {
         let ratio = self.mean / other.mean;
@@ -88,18 +87,17 @@ impl Estimate {
         Self::new(ratio, error)
     }
 
-    /// The mean of independent estimates, all with the same weight; NaN of none.
+    /// The mean of independent estimates with equal weights; NaN if there are none.
     #[must_use]
     pub fn mean_of_independent(estimates: impl IntoIterator<Item = Self>) -> Self {
         Self::combine(estimates.into_iter().map(|estimate| (estimate, 1.0)))
     }
 
     /// The mean of independent estimates of one quantity with weights 1/error², which has the
-    /// smallest error; NaN of none.
+    /// smallest error; NaN if there are none.
     ///
-    /// Errors that are noisy themselves, as those of few blocks, make the result too sure of
-    /// itself: then [`mean_of_independent`](Self::mean_of_independent) is safer. An error of zero
-    /// gives NaN.
+    /// If the errors are uncertain, as from few blocks, the resulting error is too small; use
+    /// [`mean_of_independent`](Self::mean_of_independent) then. An error of zero gives NaN.
     #[must_use]
     pub fn weighted_mean_of_independent(estimates: impl IntoIterator<Item = Self>) -> Self {
         let weigh = |estimate: Self| (estimate, 1.0 / (estimate.standard_error * estimate.standard_error));
@@ -116,7 +114,7 @@ impl Estimate {
         Self::new(sum / weights, squared.sqrt() / weights)
     }
 
-    /// Standard errors between this and an exact `value`, with sign; ±∞ or NaN if the error is
+    /// Deviation from an exact `value` in standard errors, with sign; ±∞ or NaN if the error is
     /// zero.
     #[must_use]
     pub fn deviation_from(&self, value: f64) -> f64 {
@@ -131,7 +129,7 @@ impl Neg for Estimate {
     }
 }
 
-/// With an exact number.
+/// Sum with an exact number.
 impl Add<f64> for Estimate {
     type Output = Self;
     fn add(self, exact: f64) -> Self {
@@ -139,7 +137,7 @@ impl Add<f64> for Estimate {
     }
 }
 
-/// An exact number less.
+/// Difference to an exact number.
 impl Sub<f64> for Estimate {
     type Output = Self;
     fn sub(self, exact: f64) -> Self {
@@ -147,7 +145,7 @@ impl Sub<f64> for Estimate {
     }
 }
 
-/// An exact number of times.
+/// Product with an exact number.
 impl Mul<f64> for Estimate {
     type Output = Self;
     fn mul(self, exact: f64) -> Self {
@@ -155,7 +153,7 @@ impl Mul<f64> for Estimate {
     }
 }
 
-/// The ratio to an exact number.
+/// Ratio to an exact number.
 impl Div<f64> for Estimate {
     type Output = Self;
     fn div(self, exact: f64) -> Self {
@@ -163,7 +161,7 @@ impl Div<f64> for Estimate {
     }
 }
 
-/// With an exact number.
+/// Sum with an exact number.
 impl Add<Estimate> for f64 {
     type Output = Estimate;
     fn add(self, estimate: Estimate) -> Estimate {
@@ -171,7 +169,7 @@ impl Add<Estimate> for f64 {
     }
 }
 
-/// From an exact number.
+/// Difference of an exact number and an estimate.
 impl Sub<Estimate> for f64 {
     type Output = Estimate;
     fn sub(self, estimate: Estimate) -> Estimate {
@@ -179,7 +177,7 @@ impl Sub<Estimate> for f64 {
     }
 }
 
-/// An exact number of times.
+/// Product with an exact number.
 impl Mul<Estimate> for f64 {
     type Output = Estimate;
     fn mul(self, estimate: Estimate) -> Estimate {
@@ -191,15 +189,16 @@ impl fmt::Display for Estimate {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let &Self { mean, standard_error: error } = self;
         let text = if error.is_finite() && error > 0.0 {
-            // The formatter rounds to two figures and says which power of ten they begin at, so that
-            // 0.0996 becomes 0.10 and not 0.100.
+            // Scientific notation rounds to two figures and gives their power of ten, so 0.0996
+            // becomes 0.10 and not 0.100.
             let scientific = format!("{error:.1e}");
             let (digits, exponent) = scientific.split_once('e').unwrap_or((&scientific, "0"));
             match exponent.parse::<usize>() {
                 Ok(0) => format!("{mean:.1}({digits})"),
                 Ok(_) => format!("{mean:.0}({error:.0})"),
                 Err(_) => {
-                    // Negative: the figures stand 1 + |exponent| places behind the point.
+                    // Negative exponent: the last figure is 1 + |exponent| places after the decimal
+                    // point.
                     let places = exponent.trim_start_matches('-').parse::<usize>().unwrap_or(0) + 1;
                     format!("{mean:.places$}({})", digits.replace('.', ""))
                 }
@@ -207,7 +206,8 @@ impl fmt::Display for Estimate {
         } else {
             format!("{mean}({error})")
         };
-        // A precision would cut the text off; width and alignment are obeyed.
+        // The precision is ignored, because it would cut off the text; width and alignment are
+        // used.
         if formatter.precision().is_some() { formatter.write_str(&text) } else { formatter.pad(&text) }
     }
 }

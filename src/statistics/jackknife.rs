@@ -4,13 +4,13 @@ use super::Estimate;
 use super::memory::{self, Correlation, Memory, Pooled};
 use nalgebra::{DMatrix, DVector};
 
-/// Functions of the means of all observations, and of all but every block.
+/// Values of functions of the means of all observations, and of all but one block.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Jackknife {
     values: Vec<f64>,
-    /// Replica by replica and block by block.
+    /// Values without one block, by replica and block.
     without: Vec<Vec<Vec<f64>>>,
-    /// Of the observations that are in complete blocks.
+    /// Fraction of the observations that are in complete blocks.
     share: f64,
 }
 
@@ -24,8 +24,8 @@ impl Jackknife {
         &self.values
     }
 
-    /// Covariances of functions of those functions: the errors are those of
-    /// [`estimates`](Self::estimates), the correlations those of what single blocks say.
+    /// Covariances of functions of these values: the errors are those of
+    /// [`estimates`](Self::estimates), the correlations those of the pseudovalues of single blocks.
     pub(crate) fn covariance<R: AsRef<[f64]>>(&self, mut function: impl FnMut(&[f64]) -> R) -> DMatrix<f64> {
         let center = function(&self.values).as_ref().to_vec();
         let estimates = self.estimates(&mut function);
@@ -42,13 +42,14 @@ impl Jackknife {
         })
     }
 
-    /// Functions of those functions, with errors. `function` must return the same number of values
-    /// each time: it is as if values that are missing in any call were NaN.
+    /// Functions of these values, with errors. `function` must always return the same number of
+    /// values; missing values are treated as NaN.
     pub(crate) fn estimates<R: AsRef<[f64]>>(&self, function: impl FnMut(&[f64]) -> R) -> Vec<Estimate> {
         self.estimates_of_rows(&[], function)
     }
 
-    /// The same for values that are rows in which neighbors are alike.
+    /// [`estimates`](Self::estimates) for values in rows, in which neighbors have similar
+    /// autocorrelation times.
     pub(super) fn estimates_of_rows<R: AsRef<[f64]>>(
         &self,
         reaches: &[usize],
@@ -56,7 +57,7 @@ impl Jackknife {
     ) -> Vec<Estimate> {
         let values = function(&self.values).as_ref().to_vec();
         let others = self.without.iter().map(Vec::len).sum::<usize>() as f64 - 1.0;
-        // What every block says, value by value and replica by replica: (n − 1) times the value without it.
+        // Pseudovalues, by value and replica: (n − 1) times the value without the block.
         let mut said = vec![vec![Vec::new(); self.without.len()]; values.len()];
         for (replica, blocks) in self.without.iter().enumerate() {
             for block in blocks {
@@ -72,8 +73,8 @@ impl Jackknife {
     }
 }
 
-/// The errors of the means of all observations, of which a `share` is in complete blocks, of what
-/// these say.
+/// The errors of the means of all observations, from complete blocks, which hold a fraction `share`
+/// of them.
 pub(super) fn errors(series: &[Vec<Vec<f64>>], reaches: &[usize], share: f64) -> Vec<Pooled> {
     let correlations: Vec<Correlation> = series.iter().map(|replicas| correlation(replicas)).collect();
     let row = (series.len() / reaches.len().max(1)).max(1);
@@ -81,7 +82,7 @@ pub(super) fn errors(series: &[Vec<Vec<f64>>], reaches: &[usize], share: f64) ->
         let reach = reaches.get(index / row).copied().unwrap_or(0);
         let first = index / row * row;
         let last = (first + row).min(series.len());
-        // The component itself comes first.
+        // The component itself is the first.
         let alike = [index]
             .into_iter()
             .chain(index.saturating_sub(reach).max(first)..index)
@@ -94,7 +95,7 @@ pub(super) fn errors(series: &[Vec<Vec<f64>>], reaches: &[usize], share: f64) ->
     pooled.collect()
 }
 
-/// Of blocks with later ones of the same replica.
+/// Correlation of blocks with later blocks of the same replica.
 pub(super) fn correlation(replicas: &[Vec<f64>]) -> Correlation {
     Correlation::of(&replicas.iter().map(|replica| &replica[..]).collect::<Vec<_>>())
 }

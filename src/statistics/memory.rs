@@ -1,35 +1,34 @@
-//! How long series remember, and what that makes of the error of their mean: the one rule for
-//! blocks, for profiles and for the diagnostics of runs.
+//! Autocorrelation times of series and the errors of their means, for blocks, profiles and
+//! warnings.
 
 use super::chi_squared::chi_squared_quantile;
 use super::{larger, mean};
 
-/// Fewest independent configurations from which anything is concluded without a
-/// [`Warning::NotMixed`](crate::Warning::NotMixed): with fewer even widened errors are too small.
-/// More would warn of runs that are right, and leave those unwarned that underestimate their memory
-/// (`docs/stability.md`, Error bars).
+/// Smallest effective number of independent configurations without a
+/// [`Warning::NotMixed`](crate::Warning::NotMixed). With fewer, even widened errors are too small.
+/// A larger limit would give false warnings, and would still miss runs that underestimate their
+/// autocorrelation time (`docs/stability.md`, Error bars).
 pub(crate) const FEWEST_INDEPENDENT: f64 = 2.5;
 
-/// The window of the sum over lags in correlation times. For exponential decay 5 % of the variance
-/// lie beyond it; a longer one adds more noise than that.
+/// Window of the sum over lags, in autocorrelation times. For exponential decay 5 % of the variance
+/// is beyond it; a longer window adds more noise than that.
 const WINDOW_IN_TIMES: f64 = 3.0;
-/// Replicas scatter by more than this many standard errors once in a hundred times by chance: then
-/// the scatter is the error.
+/// If replicas scatter by more than this number of standard errors (probability 1 % by chance), the
+/// scatter is used as the error.
 const SCATTER: f64 = 2.326_347_874_040_841;
-/// And by so many never: then they contradict each other.
+/// If they scatter by more than this number, they disagree.
 const CONTRADICTION: f64 = 5.0;
 
-/// How numbers are correlated with later ones, within segments of a series, each about its own
-/// mean.
+/// Autocorrelation of numbers within segments of a series, each about its own mean.
 #[derive(Debug, Clone)]
 pub(crate) struct Correlation {
-    /// Of all segments.
+    /// Number of values in all segments.
     numbers: f64,
-    /// Segments that hold any.
+    /// Number of nonempty segments.
     segments: f64,
     /// Variance of one number.
     variance: f64,
-    /// ρ(k) of lags from 1 to the longest; none where the numbers never change.
+    /// ρ(k) for lags from 1 to the longest; empty for a constant series.
     ratios: Vec<f64>,
 }
 
@@ -59,32 +58,31 @@ impl Correlation {
         Self { numbers, segments: filled, variance, ratios }
     }
 
-    /// Whether it says anything about others: the numbers change, and are finite.
+    /// Whether it is used for neighbors: the numbers are finite and not constant.
     fn counts(&self) -> bool {
         self.variance > 0.0 && self.variance.is_finite()
     }
 }
 
-/// How long numbers are remembered.
+/// Autocorrelation time, as a statistical inefficiency.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Memory {
-    /// g = 2τ: the variance of the mean of N numbers is g/N times that of one. At least 1, so
-    /// anticorrelation is no gain.
+    /// g = 2τ, at least 1: the variance of the mean of N numbers is g/N times that of one number.
     pub(crate) inefficiency: f64,
     /// Degrees of freedom of the variance of the mean.
     degrees: f64,
 }
 
 impl Memory {
-    /// The common memory of series of equal lengths, from the mean of their correlations: that of
-    /// one series scatters. Constant ones do not count.
+    /// Common autocorrelation time of series of equal lengths, from the mean of their correlations,
+    /// which has less noise than that of one series. Constant series are not used.
     ///
     /// τ = ½ + Σ ρ(k) is summed up to the first lag W ≥ 3 τ (Madras and Sokal,
-    /// doi:10.1007/BF01022990), and divided by 1 − (2W + 1)/n, with n the mean length of a segment:
-    /// subtracting the mean takes that much from it (Wolff, doi:10.1016/S0010-4655(03)00467-3, eq.
-    /// 49). The relative variance of τ is 2(2W + 1)/N (of one series, to be safe), and that of
-    /// the variance of one number is g/N. Together they are that of a variance with ν =
-    /// 2N/(2(2W + 1) + g) degrees of freedom.
+    /// doi:10.1007/BF01022990). It is divided by 1 − (2W + 1)/n, where n is the mean length of a
+    /// segment, to correct for the subtracted mean (Wolff, doi:10.1016/S0010-4655(03)00467-3, eq.
+    /// 49). The relative variance of τ is 2(2W + 1)/N (for one series, as an upper bound), and that
+    /// of the variance of one number is g/N. Their sum is that of a variance with ν = 2N/(2(2W + 1)
+    /// + g) degrees of freedom.
     pub(crate) fn of(correlations: &[&Correlation]) -> Self {
         let Some(first) = correlations.first() else { return Self { inefficiency: 1.0, degrees: 1.0 } };
         let numbers = first.numbers;
@@ -94,7 +92,8 @@ impl Memory {
             .map(|correlation| &correlation.ratios[..])
             .collect();
         if counted.is_empty() {
-            // Numbers that never change are one number; of others that count for nothing, nothing is known.
+            // A constant series is one independent number; for numbers that are not finite the
+            // result is NaN.
             let constant = first.variance == 0.0;
             return Self {
                 inefficiency: if constant { numbers.max(1.0) } else { f64::NAN },
@@ -114,16 +113,16 @@ impl Memory {
         Self { inefficiency, degrees: 2.0 * numbers / (2.0 * lags + inefficiency) }
     }
 
-    /// Number of independent numbers among `numbers`.
+    /// Effective number of independent numbers among `numbers`.
     pub(crate) fn independent(&self, numbers: f64) -> f64 {
         (numbers / self.inefficiency).max(1.0)
     }
 
-    /// Variance that the mean of one number has by right, given that of a number, if that of the
-    /// mean of N is this over N: σ² g ν/(ν − 2), the variance of Student's distribution with ν
-    /// degrees of freedom in place of that of a normal number.
+    /// Widened variance; the squared error of a mean of N numbers is this over N: σ² g ν/(ν − 2),
+    /// with the variance of Student's distribution with ν degrees of freedom instead of the normal
+    /// distribution.
     fn widened(&self, variance: f64) -> f64 {
-        // Below the second there is no variance; a factor of five stands for it.
+        // For ν ≤ 2 the variance is infinite; a factor of five is used.
         const FEWEST_DEGREES: f64 = 2.5;
         if variance == 0.0 {
             return 0.0;
@@ -133,7 +132,8 @@ impl Memory {
     }
 }
 
-/// Number of independent numbers in series of equal lengths that share their memory.
+/// Effective number of independent numbers in series of equal lengths with a common autocorrelation
+/// time.
 pub(crate) fn independent(series: &[impl AsRef<[f64]>]) -> f64 {
     let correlations: Vec<Correlation> =
         series.iter().map(|series| Correlation::of(&[series.as_ref()])).collect();
@@ -141,23 +141,23 @@ pub(crate) fn independent(series: &[impl AsRef<[f64]>]) -> f64 {
     Memory::of(&correlations.iter().collect::<Vec<_>>()).independent(numbers as f64)
 }
 
-/// Variance of the mean of one number, widened for what a series does not know of it.
+/// Variance of one number times its inefficiency, widened for a short series.
 pub(super) fn widened(series: &[f64]) -> f64 {
     let correlation = Correlation::of(&[series]);
     Memory::of(&[&correlation]).widened(correlation.variance)
 }
 
-/// What replicas tell about their common mean.
+/// The error of the common mean of replicas, and whether they agree.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Pooled {
     /// Standard error of the mean of all numbers.
     pub(crate) standard_error: f64,
-    /// Whether they cannot have the same mean.
+    /// Whether their means disagree.
     pub(crate) contradict: bool,
 }
 
-/// Error of the mean of all numbers of `replicas`, from the variance of one and the `memory`, and
-/// from the scatter of their means where that is larger than the memory explains.
+/// Error of the mean of all numbers of `replicas`, from the variance and autocorrelation time, or
+/// from the scatter of their means if this is significantly larger.
 pub(crate) fn pooled(replicas: &[&[f64]], correlation: &Correlation, memory: &Memory) -> Pooled {
     let of_one = memory.widened(correlation.variance);
     let means = replicas
@@ -167,12 +167,12 @@ pub(crate) fn pooled(replicas: &[&[f64]], correlation: &Correlation, memory: &Me
     scattered(&means.collect::<Vec<_>>(), of_one / correlation.numbers)
 }
 
-/// The same from the mean, weight and squared error of every replica, and the squared error of the
-/// mean of all.
+/// The same, from the mean, weight and squared error of every replica and the squared error of the
+/// common mean.
 ///
-/// Q = Σ (mᵣ − m)²/σᵣ² has a χ² distribution with R − 1 degrees of freedom if all R replicas sample
-/// the same. Beyond its quantile 0.99 the squared error is at least that of their scatter,
-/// R/(R − 1) Σ wᵣ² (mᵣ − m)² with weights wᵣ that add up to 1.
+/// Q = Σ (mᵣ − m)²/σᵣ² has a χ² distribution with R − 1 degrees of freedom if all R replicas have
+/// the same mean. Above its quantile 0.99 the squared error is at least that of the scatter, R/(R −
+/// 1) Σ wᵣ² (mᵣ − m)², with weights wᵣ whose sum is 1.
 pub(crate) fn scattered(replicas: &[(f64, f64, f64)], squared_error: f64) -> Pooled {
     let count = replicas.len();
     let total: f64 = replicas.iter().map(|(_, weight, _)| weight).sum();
@@ -180,7 +180,7 @@ pub(crate) fn scattered(replicas: &[(f64, f64, f64)], squared_error: f64) -> Poo
     let (mut chi_squared, mut scatter) = (0.0, 0.0);
     for (mean, weight, squared_error) in replicas {
         let square = (mean - center) * (mean - center);
-        // Means that differ by rounding alone.
+        // Smaller differences are only rounding.
         if square > 1e-24 * center * center {
             chi_squared += square / squared_error;
             scatter += weight * weight / (total * total) * square;

@@ -1,14 +1,15 @@
-//! The mean of independent numbers.
+//! The mean of independent replicas.
 
 use super::Estimate;
 use crate::Error;
 
-/// The mean of N independent numbers, one of each replica, with the standard error that their
-/// scatter gives: √(Σ (x − mean)²/(N(N − 1))).
+/// The mean of N independent numbers, one from each replica, with the standard error from their
+/// scatter: √(Σ (x − mean)²/(N(N − 1))).
 ///
-/// It does not depend on the correlations within a replica. But few replicas do not determine it
-/// well: it is itself uncertain by 1/√(2(N − 1)), by 41 % for four and by 27 % for eight, and four
-/// of it are not 4 sigma of a normal number (Student's distribution with N − 1 degrees of freedom).
+/// This error does not depend on the correlations within a replica. With few replicas it is
+/// uncertain: its relative standard error is 1/√(2(N − 1)), 41 % for four and 27 % for eight
+/// replicas. Deviations divided by it follow Student's distribution with N − 1 degrees of freedom,
+/// not the normal distribution.
 ///
 /// ```
 /// use gradient_mc::statistics::mean_of_replicas;
@@ -17,7 +18,7 @@ use crate::Error;
 /// ```
 ///
 /// # Errors
-/// [`Error::TooFewObservations`] below two numbers.
+/// [`Error::TooFewObservations`] for fewer than two numbers.
 pub fn mean_of_replicas(values: &[f64]) -> Result<Estimate, Error> {
     if values.len() < 2 {
         return Err(Error::TooFewObservations {

@@ -1,5 +1,5 @@
-//! What ranks that shared one column would send each other, measured: a prototype of the messages,
-//! not of the physics.
+//! Measures the messages between ranks that share one column: a prototype of the messages, not of
+//! the physics.
 //!
 //! ```sh
 //! cargo build --release -p gradient-mc-sweep --features mpi --examples --bins
@@ -7,14 +7,13 @@
 //! ```
 //!
 //! The base of a column is cut into one strip for each rank. After every sweep of local moves a
-//! rank sends its neighbors the spheres within one diameter of the cuts, as it would have to if
-//! cuts were frozen there in the next sweep. Sweeps themselves know nothing of it: each strip is
-//! periodic, so a rank does the work of a real one, with as many spheres at the same places
-//! on average, while what it is sent is only counted.
+//! rank sends the spheres within one diameter of the cuts to its neighbors, as in a real shared
+//! simulation. The received spheres are only counted: each strip is periodic and simulated
+//! independently, so the work of a rank is realistic.
 //!
-//! The model beside it is `latency + bytes / bandwidth` of the messages each way, with both
-//! measured at the start by messages of other sizes. Of times of messages the shortest is taken,
-//! since other programs may have the cores in between.
+//! The model is `latency + bytes / bandwidth` for the messages in each direction, with both
+//! parameters measured at the start by messages of other sizes. The shortest of many times is used,
+//! because other programs may use the cores.
 
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::LocalMoves;
@@ -25,24 +24,24 @@ use mpi::topology::{Communicator, SimpleCommunicator};
 use mpi::traits::CommunicatorCollectives as _;
 use std::time::Instant;
 
-/// The paper's column.
+/// Spheres per area, as in the paper.
 const COLUMN_DENSITY: f64 = 40.0;
 const HEIGHT: f64 = 400.0;
 const TEMPERATURE: f64 = 20.0;
-/// Spheres within so much of a cut are sent, in diameters.
+/// Spheres within this distance of a cut are sent, in diameters.
 const REACH: f64 = 1.0;
-/// Three numbers of eight bytes.
+/// Bytes of a sphere: three numbers of eight bytes.
 const BYTES: f64 = 24.0;
 const SWEEPS: usize = 15;
 
-/// The ranks in a ring, and room for what they send.
+/// The ranks in a ring, and buffers for received messages.
 struct Ring {
     world: SimpleCommunicator,
     room: [Vec<f64>; 2],
 }
 
 impl Ring {
-    /// Seconds in which all send so many numbers up to the next, and down to the one before.
+    /// Seconds for one exchange: all ranks send to the next and to the previous rank.
     fn seconds(&mut self, up: &[f64], down: &[f64]) -> f64 {
         let Self { world, room: [from_before, from_next] } = self;
         let (rank, ranks) = (world.rank(), world.size());
@@ -68,7 +67,7 @@ impl Ring {
     }
 }
 
-/// Largest resident memory of this process so far, in bytes, where the system tells it.
+/// Largest resident memory of this process so far, in bytes; NaN if the system does not report it.
 fn memory() -> f64 {
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let line = status.lines().find(|line| line.starts_with("VmHWM:"));
@@ -78,7 +77,7 @@ fn memory() -> f64 {
 
 /// CPU time of this process.
 fn cpu_seconds() -> f64 {
-    // Clock ticks, of which Linux has a hundred in a second, behind the name in brackets.
+    // Clock ticks of 1/100 s, after the name in brackets.
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
     let after = stat.rsplit(')').next().unwrap_or_default();
     let ticks = after.split_whitespace().skip(11).take(2).filter_map(|ticks| ticks.parse::<f64>().ok());
@@ -87,11 +86,11 @@ fn cpu_seconds() -> f64 {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let largest: f64 = std::env::args().nth(1).map_or(Ok(1e6), |text| text.parse())?;
-    let universe = mpi::initialize().ok_or("MPI does not start")?;
+    let universe = mpi::initialize().ok_or("MPI cannot be initialized")?;
     let world = universe.world();
     let (rank, ranks) = (u64::try_from(world.rank())?, f64::from(world.size()));
     let is_first = rank == 0;
-    // Twice what the widest strip has.
+    // Twice the size needed by the widest strip.
     let mut ring = Ring { world, room: [vec![0.0; 400_000], vec![0.0; 400_000]] };
     let many = vec![0.5; 400_000];
     let latency = ring.shortest(&[], &[], 500);
@@ -120,7 +119,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         )?;
         let mut simulation =
             Simulation::builder(scene).moves(LocalMoves::new(0.5)?).seed(1 + rank).build()?;
-        // The lattice of the start loosens.
+        // The lattice of the start melts.
         simulation.equilibrate(if spheres < 1e6 { 100 } else { 5 }, &mut ())?;
         let (mut exchange_time, mut bytes, mut busy) = (f64::INFINITY, 0.0, 0.0);
         for _ in 0..SWEEPS {

@@ -1,5 +1,5 @@
-//! A table by `Replicas` alone, on one thread: without checkpoints, ranks or messages. What a sweep
-//! costs is compared with this.
+//! Runs a table by `Replicas` alone on one thread, without checkpoints, ranks or messages: the
+//! reference for the overhead of a sweep.
 //!
 //! ```sh
 //! cargo build --release -p gradient-mc-sweep --features mpi --examples --bins
@@ -11,7 +11,7 @@ use gradient_mc::{Replicas, Simulation};
 use gradient_mc_sweep::{Case, Table};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let path = std::env::args().nth(1).ok_or("give a table")?;
+    let path = std::env::args().nth(1).ok_or("usage: one_process TABLE")?;
     let table = Table::read(&std::fs::read_to_string(path)?)?;
     for scenes in table.cases.chunk_by(|one: &Case, other: &Case| one.seed == other.seed) {
         let replicas = Replicas::new(scenes[0].replicas).seed(scenes[0].seed).threads(1);

@@ -1,78 +1,78 @@
-//! One scene of a table: its parts, and what a run of it is made of.
+//! One scene of a table: its parameters, and the simulation made from them.
 
 use gradient_mc::field::{ExponentialField, LinearField, UniformField};
 use gradient_mc::observers::{CenterOfMass, EquationOfStateFit};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal, LinearTemperature};
 use gradient_mc::{Error, Field, Replica, Replicas, Scene, Slab, TemperatureProfile};
 
-/// A scene with everything that its results depend on.
+/// A scene with all parameters of its runs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Case {
-    /// As in the table; of a grid, with its number in it.
+    /// Name in the table; in a grid, with the number of the scene.
     pub name: String,
-    /// Of the slab, in diameters.
+    /// Height of the slab, in diameters.
     pub height: f64,
     /// Widths of the slab, in diameters.
     pub base: [f64; 2],
     /// Number of spheres.
     pub spheres: usize,
-    /// What pulls at them.
+    /// The external field.
     pub field: FieldChoice,
-    /// How hot they are.
+    /// The temperature profile.
     pub temperature: TemperatureChoice,
-    /// That the seeds of the replicas are made of.
+    /// Seed from which those of the replicas are computed.
     pub seed: u64,
-    /// Its number in a grid.
+    /// Number of the scene in its grid, from 0.
     pub parameter: usize,
-    /// Number of independent runs.
+    /// Number of independent replicas.
     pub replicas: usize,
-    /// Sweeps before the measurement, of every replica.
+    /// Sweeps of equilibration of every replica.
     pub equilibration: u64,
-    /// Sweeps of measurement, of every replica, at most.
+    /// Largest number of sweeps of production of every replica.
     pub sweeps: u64,
-    /// Standard error of the height of the center of mass, of all replicas together, at which they
-    /// end.
+    /// Standard error of the mean height of the center of mass, of all replicas together, at which
+    /// they end early, in diameters.
     pub target_error: Option<f64>,
 }
 
-/// Fields by name, each with its numbers.
+/// A field, chosen by name, with its parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum FieldChoice {
-    /// The acceleration.
+    /// Uniform acceleration, in g.
     Uniform(f64),
-    /// α of exp(αx).
+    /// α of the field exp(αx), in inverse diameters.
     Exponential(f64),
-    /// a₀ + s x.
+    /// Linear field a₀ + s x.
     Linear {
-        /// At the base.
+        /// Value at x = 0.
         base: f64,
-        /// Per diameter.
+        /// Rate or slope, per diameter.
         slope: f64,
     },
 }
 
-/// Temperature profiles by name, each with its numbers.
+/// A temperature profile, chosen by name, with its parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum TemperatureChoice {
-    /// The temperature.
+    /// Uniform temperature, in m g d.
     Isothermal(f64),
-    /// T₀ exp(−βx).
+    /// Exponential profile T₀ exp(−βx).
     Exponential {
-        /// At the base.
+        /// Value at x = 0.
         base: f64,
-        /// Per diameter.
+        /// Rate or slope, per diameter.
         decay_rate: f64,
     },
-    /// T₀ + s x.
+    /// Linear profile T₀ + s x.
     Linear {
-        /// At the base.
+        /// Value at x = 0.
         base: f64,
-        /// Per diameter.
+        /// Rate or slope, per diameter.
         slope: f64,
     },
 }
 
-/// Name of the choice, and its numbers by column.
+/// Name of the choice, and its parameters by column name.
 pub(crate) type Named = (&'static str, Vec<(&'static str, f64)>);
 
 impl FieldChoice {
@@ -84,7 +84,7 @@ impl FieldChoice {
         })
     }
 
-    /// For tables.
+    /// Name and parameters, for tables.
     pub(crate) fn named(self) -> Named {
         match self {
             Self::Uniform(acceleration) => ("uniform", vec![("field_base", acceleration)]),
@@ -105,7 +105,7 @@ impl TemperatureChoice {
         })
     }
 
-    /// For tables.
+    /// Name and parameters, for tables.
     pub(crate) fn named(self) -> Named {
         match self {
             Self::Isothermal(temperature) => ("isothermal", vec![("temperature_base", temperature)]),
@@ -122,39 +122,39 @@ impl TemperatureChoice {
 /// A scene that was chosen at run time.
 pub type ChosenScene = Scene<Box<dyn Field>, Box<dyn TemperatureProfile>>;
 
-/// What looks at every replica.
+/// The observers of every replica.
 pub type Observers = (CenterOfMass, EquationOfStateFit);
 
 impl Case {
-    /// A target is not believed before so many sweeps.
+    /// Smallest number of sweeps before a target can end a replica.
     const FEWEST: usize = 1000;
 
-    /// What is simulated.
+    /// The scene.
     ///
     /// # Errors
-    /// Those of slab, field, temperature and scene.
+    /// Those of [`Slab::new`], of field and temperature, and of [`Scene::new`].
     pub fn scene(&self) -> Result<ChosenScene, Error> {
         let slab = Slab::new(self.height, self.base[0], self.base[1])?;
         Scene::new(slab, self.spheres, self.field.field()?, self.temperature.temperature()?)
     }
 
-    /// What looks at it, and has seen nothing yet.
+    /// New observers for the scene.
     ///
     /// # Errors
-    /// [`Error::InvalidBins`] for a slab that is too high for a fit.
+    /// [`Error::InvalidBins`] if the slab is too high for a fit.
     pub fn observers(&self, scene: &ChosenScene) -> Result<Observers, Error> {
         Ok((CenterOfMass::new(), EquationOfStateFit::new(scene)?))
     }
 
-    /// One of its replicas, as [`Replicas`] has it.
+    /// Number and seed of a replica, as in [`Replicas`].
     #[must_use]
     pub fn replica(&self, index: usize) -> Replica {
         let replicas = Replicas::new(self.replicas).seed(self.seed);
         replicas.replica(self.parameter * self.replicas + index)
     }
 
-    /// Whether a replica has measured enough. All replicas together know the height √(number) times
-    /// as well.
+    /// Whether a replica has reached the target: its standard error is √(number of replicas) times
+    /// that of all together.
     #[must_use]
     pub fn has_reached(&self, (center_of_mass, _): &Observers) -> bool {
         let Some(target) = self.target_error.filter(|_| center_of_mass.heights().len() >= Self::FEWEST)
@@ -165,7 +165,7 @@ impl Case {
         center_of_mass.estimate().is_ok_and(|height| height.standard_error <= target)
     }
 
-    /// All that the outcome of a replica depends on.
+    /// All parameters of a replica, as text.
     #[must_use]
     pub fn identity(&self, index: usize) -> String {
         let Self { height, base, spheres, field, temperature, equilibration, sweeps, target_error, .. } =
@@ -178,7 +178,7 @@ impl Case {
         )
     }
 
-    /// Spheres times sweeps of a replica: about proportional to the time that it takes.
+    /// Spheres times sweeps of a replica, approximately proportional to its time.
     #[must_use]
     pub fn work(&self) -> u64 {
         (self.spheres as u64).saturating_mul(self.equilibration.saturating_add(self.sweeps))

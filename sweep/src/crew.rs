@@ -1,5 +1,5 @@
-//! What a rank does: its first thread talks to the other ranks, its other threads run tasks. Rank 0
-//! hands them out, and works like the others.
+//! The work of a rank: its first thread exchanges messages with other ranks, its other threads run
+//! tasks. Rank 0 also distributes the tasks.
 
 use crate::dispatch::{Dispatch, State};
 use crate::link::{Link, Message};
@@ -14,9 +14,9 @@ use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Time between two looks for messages. To wait inside MPI would keep a core busy.
+/// Time between two checks for messages. Waiting inside MPI would occupy a core.
 const PAUSE: Duration = Duration::from_millis(20);
-/// Time between two signs of life.
+/// Time between two messages `Alive`.
 const BEAT: Duration = Duration::from_secs(1);
 
 /// The threads of this rank that run tasks.
@@ -26,12 +26,12 @@ struct Hands<'a> {
     work: &'a Work,
 }
 
-/// What these threads have done, in spheres times sweeps.
+/// Work done by these threads, in spheres times sweeps.
 #[derive(Debug, Default)]
 struct Work {
-    /// By now, earlier processes included.
+    /// Work so far, including that of earlier processes.
     done: AtomicU64,
-    /// By earlier processes.
+    /// Work of earlier processes.
     before: AtomicU64,
 }
 
@@ -42,8 +42,7 @@ impl Work {
 }
 
 impl Hands<'_> {
-    /// Does something beside so many threads that run tasks. Those under way are ended before it
-    /// returns.
+    /// Calls `talk` while `threads` threads run tasks. Running tasks have ended when it returns.
     fn employ<R>(job: &Job, threads: usize, talk: impl FnOnce(&Hands<'_>) -> R) -> R {
         let (tasks, to_do) = mpsc::channel();
         let (done, events) = mpsc::channel();
@@ -64,22 +63,22 @@ impl Hands<'_> {
                     }
                 });
             }
-            // The channel of tasks ends with this, and the threads with it.
+            // The channel of tasks is closed here, which ends the threads.
             talk(&Hands { tasks, events, work })
         })
     }
 
-    /// Begins a task as soon as a thread is free.
+    /// Starts a task as soon as a thread is free.
     fn begin(&self, task: usize) {
         self.tasks.send(task).ok();
     }
 
-    /// What the threads have to say, after a little time if it is nothing.
+    /// Messages of the threads; waits a short time if there are none.
     fn heard(&self) -> Vec<Message> {
         match self.events.recv_timeout(PAUSE) {
             Ok(first) => std::iter::once(first).chain(self.events.try_iter()).collect(),
             Err(RecvTimeoutError::Timeout) => Vec::new(),
-            // No thread is left, which does not happen: but waiting must not become a busy loop.
+            // No thread is left. This does not happen, but must not become a busy loop.
             Err(RecvTimeoutError::Disconnected) => {
                 thread::sleep(PAUSE);
                 Vec::new()
@@ -88,7 +87,7 @@ impl Hands<'_> {
     }
 }
 
-/// Runs a task and says what became of it.
+/// Runs a task and returns the message about its result.
 fn outcome(job: &Job, number: usize, task: Task, work: &Work) -> Message {
     let last = Cell::new(None);
     let ran = job.run(task, |[began, now]| {
@@ -101,7 +100,7 @@ fn outcome(job: &Job, number: usize, task: Task, work: &Work) -> Message {
     let number = number as u64;
     match ran {
         Ok(true) => {
-            // A target may have been reached before all sweeps were done.
+            // A target may end a task before all sweeps are done.
             let all = job.table.cases[task.case].work();
             work.done.fetch_add(all.saturating_sub(last.get().unwrap_or(0)), Ordering::Relaxed);
             Message::Finished(number)
@@ -111,17 +110,17 @@ fn outcome(job: &Job, number: usize, task: Task, work: &Work) -> Message {
     }
 }
 
-/// What became of a sweep.
+/// The result of a parameter sweep.
 #[derive(Debug, Clone)]
 pub struct Ended {
-    /// Of every task of the table.
+    /// State of every task of the table.
     pub states: Vec<State>,
-    /// Ranks that were given up.
+    /// Number of ranks that do not answer.
     pub lost_ranks: usize,
 }
 
-/// Rank 0: hands out the tasks of `queue`, works itself, and returns when all is over. Other ranks
-/// are told so.
+/// Rank 0: distributes the tasks of `queue`, runs tasks too, and returns when all have ended. It
+/// then ends the other ranks.
 pub fn lead(
     job: &Job,
     link: &mut dyn Link,
@@ -153,7 +152,7 @@ pub fn lead(
     })
 }
 
-/// What rank 0 knows of a rank.
+/// Data of rank 0 about a rank.
 #[derive(Debug, Clone)]
 struct Rank {
     heard: Instant,
@@ -164,7 +163,7 @@ struct Rank {
 struct Leader<'a> {
     dispatch: Dispatch,
     ranks: Vec<Rank>,
-    /// All others to stop.
+    /// Whether the other ranks have been told to stop.
     has_told: bool,
     job: &'a Job,
     link: &'a mut dyn Link,
@@ -221,7 +220,7 @@ impl Leader<'_> {
                 if let Some(rank) = self.ranks.get_mut(from) {
                     rank.work = work;
                 }
-                // An answer, not a signal of its own: nothing is sent to those that are dead.
+                // Sent only as an answer, so nothing is sent to ranks that have ended.
                 if from > 0 {
                     self.link.send(from, &Message::Alive([0, 0]));
                 }
@@ -259,7 +258,9 @@ impl Leader<'_> {
             }
             of_rank.is_lost = true;
             let silence = of_rank.heard.elapsed().as_secs();
-            self.progress.say(&format!("rank {rank} has been silent for {silence} s and is given up"));
+            self.progress.say(&format!(
+                "rank {rank} has been silent for {silence} s: its runs are given up until the next command"
+            ));
             let tasks = self.job.table.tasks();
             for task in self.dispatch.lost(rank) {
                 self.progress.say(&format!("  with it: {}", self.job.describe(tasks[task])));
@@ -278,8 +279,8 @@ impl Leader<'_> {
     }
 }
 
-/// Another rank than 0: does what it is told until all is over. False if rank 0 does not answer any
-/// more.
+/// A rank other than 0: runs the tasks of rank 0 until it is told to end. Returns false if rank 0
+/// does not answer.
 pub fn follow(job: &Job, link: &mut dyn Link, threads: usize, signaled: &dyn Fn() -> bool) -> bool {
     Hands::employ(job, threads, |hands| {
         link.send(0, &Message::Ready(threads as u64));
@@ -311,13 +312,13 @@ pub fn follow(job: &Job, link: &mut dyn Link, threads: usize, signaled: &dyn Fn(
                 link.send(0, &Message::Alive(hands.work.both()));
             }
         };
-        // Of a task that rank 0 does not wait for.
+        // The event of a task that rank 0 no longer waits for.
         job.stop.store(true, Ordering::SeqCst);
         is_over
     })
 }
 
-/// What ranks other than 0 are sent first: the table. Nothing if there is nothing to do.
+/// Waits for the table, the first message to a rank other than 0. `None` if there is nothing to do.
 pub fn await_table(link: &mut dyn Link, patience: Duration) -> Option<String> {
     let start = Instant::now();
     while start.elapsed() < patience {

@@ -1,25 +1,25 @@
-//! Which task goes where: what rank 0 knows.
+//! Distribution of tasks to ranks, on rank 0.
 
 use std::collections::VecDeque;
 use std::fmt;
 
-/// What became of a task.
+/// State of a task.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum State {
-    /// Nobody has begun it.
+    /// It has not been started.
     Waiting,
     /// A rank works on it.
     Running {
-        /// Which.
+        /// Number of the rank.
         rank: usize,
     },
-    /// It is done.
+    /// It is complete.
     Finished,
-    /// It goes on when the same command is given again.
+    /// It was stopped; the same command continues it.
     Stopped,
-    /// It could not be done.
+    /// It failed, with this error.
     Failed(String),
-    /// The rank that worked on it does not answer.
+    /// The rank that ran it does not answer.
     Lost {
         /// Which.
         rank: usize,
@@ -29,7 +29,7 @@ pub enum State {
 impl fmt::Display for State {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Self::Waiting => formatter.write_str("not begun"),
+            Self::Waiting => formatter.write_str("not started"),
             Self::Running { rank } => write!(formatter, "running on rank {rank}"),
             Self::Finished => formatter.write_str("finished"),
             Self::Stopped => formatter.write_str("stopped"),
@@ -39,7 +39,7 @@ impl fmt::Display for State {
     }
 }
 
-/// Hands out tasks as ranks become free, and keeps account of them.
+/// Distributes tasks to free ranks and keeps their states.
 #[derive(Debug, Clone)]
 pub struct Dispatch {
     states: Vec<State>,
@@ -47,28 +47,28 @@ pub struct Dispatch {
 }
 
 impl Dispatch {
-    /// So many tasks, of which those in `queue` are to be done, in this order.
+    /// Makes a dispatch of `tasks` tasks, of which those in `queue` are run in this order.
     #[must_use]
     pub fn new(tasks: usize, queue: impl IntoIterator<Item = usize>) -> Self {
         Self { states: vec![State::Waiting; tasks], queue: queue.into_iter().collect() }
     }
 
-    /// The next task, for a rank that is free.
+    /// The next task for a free rank.
     pub fn next(&mut self, rank: usize) -> Option<usize> {
         let task = self.queue.pop_front()?;
         self.states[task] = State::Running { rank };
         Some(task)
     }
 
-    /// What became of a task that was handed out.
+    /// Records the final state of a task.
     pub fn ended(&mut self, task: usize, state: State) {
         if let Some(of_task) = self.states.get_mut(task) {
             *of_task = state;
         }
     }
 
-    /// The tasks of a rank that does not answer: they are given up, since nobody knows whether it
-    /// still works on them.
+    /// Marks the tasks of a rank that does not answer as lost, and returns them. They are not given
+    /// to another rank, because this rank may still run them.
     pub fn lost(&mut self, rank: usize) -> Vec<usize> {
         let running = State::Running { rank };
         let tasks: Vec<usize> = (0..self.states.len()).filter(|&task| self.states[task] == running).collect();
@@ -78,24 +78,24 @@ impl Dispatch {
         tasks
     }
 
-    /// Hands out nothing more.
+    /// Stops the distribution of tasks.
     pub fn stop(&mut self) {
         self.queue.clear();
     }
 
-    /// Whether nothing is left to be handed out or to be waited for.
+    /// Whether no task is waiting or running.
     #[must_use]
     pub fn is_over(&self) -> bool {
         self.queue.is_empty() && !self.states.iter().any(|state| matches!(state, State::Running { .. }))
     }
 
-    /// What became of every task.
+    /// State of every task.
     #[must_use]
     pub fn states(&self) -> &[State] {
         &self.states
     }
 
-    /// So many tasks are in a state.
+    /// Number of tasks in a state.
     #[must_use]
     pub fn count(&self, is: impl Fn(&State) -> bool) -> usize {
         self.states.iter().filter(|state| is(state)).count()
@@ -117,7 +117,7 @@ mod tests {
         assert_eq!(dispatch.lost(1), [4]);
         assert!(dispatch.is_over());
         let states = dispatch.states().iter().map(State::to_string).collect::<Vec<_>>();
-        assert_eq!(states, ["failed: no room", "not begun", "not begun", "finished", "lost with rank 1"]);
+        assert_eq!(states, ["failed: no room", "not started", "not started", "finished", "lost with rank 1"]);
         // One that answers late is believed.
         dispatch.ended(4, State::Finished);
         assert_eq!(dispatch.count(|state| *state == State::Finished), 2);

@@ -1,4 +1,4 @@
-//! The folder of a sweep: what stands where, and files that are there as a whole or not at all.
+//! The folder of a parameter sweep and its files, which are written completely or not at all.
 
 use crate::Failure;
 use crate::case::Case;
@@ -8,27 +8,27 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// The folder of a sweep, which all ranks see.
+/// The folder of a parameter sweep, shared by all ranks.
 #[derive(Debug, Clone)]
 pub struct Folder(PathBuf);
 
-/// That a replica is finished, and what only its process knew.
+/// Record of a finished replica.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Record {
-    /// Of the [`Case`], as it was then.
+    /// Parameters of the replica, by [`Case::identity`].
     pub identity: String,
-    /// Sweeps of measurement.
+    /// Number of sweeps of production.
     pub sweeps: u64,
-    /// What speaks against the run.
+    /// Warnings about the run.
     pub warnings: Vec<Noted>,
 }
 
-/// A warning as it is kept.
+/// A warning as text.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Noted {
-    /// What it is about.
+    /// Kind of the warning.
     pub kind: String,
-    /// With its numbers.
+    /// The warning with its numbers.
     pub text: String,
 }
 
@@ -39,10 +39,10 @@ impl From<&Warning> for Noted {
 }
 
 impl Folder {
-    /// Makes the folder if there is none.
+    /// Opens the folder, and creates it if needed.
     ///
     /// # Errors
-    /// [`Failure::File`].
+    /// [`Failure::File`] if it cannot be written.
     pub fn new(path: &Path) -> Result<Self, Failure> {
         let tasks = path.join("tasks");
         fs::create_dir_all(&tasks).map_err(|source| Failure::File { path: tasks, source })?;
@@ -60,8 +60,7 @@ impl Folder {
         self.of(case, replica, "")
     }
 
-    /// The record of a replica that is finished. One of another table, or one that cannot be read,
-    /// is none.
+    /// The record of a finished replica. `None` if it is missing, unreadable or of another table.
     #[must_use]
     pub fn record(&self, case: &Case, replica: usize) -> Option<Record> {
         let text = fs::read_to_string(self.of(case, replica, ".finished")).ok()?;
@@ -69,10 +68,10 @@ impl Folder {
         (record.identity == case.identity(replica)).then_some(record)
     }
 
-    /// Notes that a replica is finished.
+    /// Writes the record of a finished replica.
     ///
     /// # Errors
-    /// [`Failure::File`].
+    /// [`Failure::File`] if it cannot be written.
     pub fn finish(&self, case: &Case, replica: usize, record: &Record) -> Result<(), Failure> {
         let path = self.of(case, replica, ".finished");
         match toml::to_string(record) {
@@ -81,14 +80,14 @@ impl Folder {
         }
     }
 
-    /// A table of results.
+    /// Path of a table of results.
     #[must_use]
     pub fn results(&self, name: &str) -> PathBuf {
         self.0.join(name)
     }
 }
 
-/// Writes a file that is there as a whole or as it was.
+/// Writes a file completely, or leaves it unchanged.
 pub(crate) fn write(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(), Failure> {
     let mut new = path.as_os_str().to_owned();
     new.push(".new");

@@ -1,31 +1,31 @@
-//! Messages between ranks, and what carries them.
+//! Messages between ranks, and the interface that transmits them.
 
-/// What ranks say to each other.
+/// A message between ranks.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Message {
-    /// From rank 0 at first: the text of the table. A rank without one has nothing to do.
+    /// From rank 0, the first message: the text of the table.
     Table(String),
-    /// To rank 0: so many tasks can be begun.
+    /// To rank 0: this number of tasks can be started.
     Ready(u64),
-    /// From rank 0: begin the task of this number.
+    /// From rank 0: start the task of this number.
     Task(u64),
-    /// To rank 0: that task is finished.
+    /// To rank 0: this task is finished.
     Finished(u64),
-    /// To rank 0: that task was stopped.
+    /// To rank 0: this task was stopped.
     Stopped(u64),
-    /// To rank 0: that task failed, and why.
+    /// To rank 0: this task failed, with its error.
     Failed(u64, String),
-    /// To rank 0, every second: work that is done, of it what earlier processes did. From rank 0:
-    /// an answer to that.
+    /// To rank 0, every second: total work done, and the part of earlier processes. From rank 0:
+    /// the answer.
     Alive([u64; 2]),
-    /// To rank 0: a signal has come. From rank 0: stop, with checkpoints.
+    /// To rank 0: a signal was received. From rank 0: write checkpoints and stop.
     Stop,
-    /// From rank 0: all is over.
+    /// From rank 0: end.
     End,
 }
 
 impl Message {
-    /// Its kind, for tags, and its content.
+    /// The message as a kind, used as MPI tag, and a content.
     #[must_use]
     pub fn encode(&self) -> (i32, Vec<u8>) {
         let number = |number: &u64| number.to_le_bytes().to_vec();
@@ -42,7 +42,7 @@ impl Message {
         }
     }
 
-    /// What was encoded; nothing if it is no message.
+    /// Decodes a message; `None` if it is invalid.
     #[must_use]
     pub fn decode(kind: i32, content: &[u8]) -> Option<Self> {
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
@@ -65,21 +65,21 @@ impl Message {
     }
 }
 
-/// The ranks of a job, as one of them sees them. Only the thread that made it uses it.
+/// Connection of one rank to the others of a job. Only the thread that made it may use it.
 pub trait Link {
-    /// Number of this one, from 0.
+    /// Number of this rank, from 0.
     fn rank(&self) -> usize;
-    /// How many there are.
+    /// Number of ranks.
     fn ranks(&self) -> usize;
-    /// Sends a message, in the order of these calls.
+    /// Sends a message. Messages to a rank arrive in the order of the calls.
     fn send(&mut self, rank: usize, message: &Message);
-    /// The next message that has come, and from whom, if there is one.
+    /// The next received message and the rank that sent it; `None` if there is none.
     fn receive(&mut self) -> Option<(usize, Message)>;
-    /// Ends all ranks at once, where some do not answer.
+    /// Ends all ranks at once, if some do not answer.
     fn abort(&mut self, code: u8) -> !;
 }
 
-/// A process by itself.
+/// A single process without other ranks.
 #[derive(Debug, Clone, Copy)]
 pub struct Alone;
 

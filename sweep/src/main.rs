@@ -1,4 +1,4 @@
-//! The program: reads the command line and the table, and has the ranks do what it says.
+//! The program: reads the command line and the table, and runs the simulations.
 
 use clap::Parser;
 use gradient_mc::checkpoint::Signals;
@@ -14,32 +14,32 @@ use std::process::ExitCode;
 use std::sync::atomic::AtomicBool;
 use std::time::Duration;
 
-/// Simulates every scene of a table, on as many cores as there are ranks and threads, and writes
-/// one table of results. The same command goes on where it was stopped or killed. Exit code: 0
-/// finished, 1 some run failed, 2 bad table or command, 75 stopped by a signal
+/// Simulates every scene of a table on all ranks and threads, and writes one table of results. If
+/// it was stopped or killed, the same command continues. Exit code: 0 finished, 1 a run failed, 2
+/// invalid table or command, 75 stopped by a signal
 #[derive(Parser, Debug)]
 #[command(name = "gradient-mc-sweep")]
 struct Arguments {
-    /// The table of scenes (TOML)
+    /// Table of scenes (TOML)
     table: PathBuf,
 
-    /// Folder of results and checkpoints, which all ranks see [default: out/TABLE]
+    /// Folder of results and checkpoints, shared by all ranks [default: out/TABLE]
     #[arg(long)]
     out: Option<PathBuf>,
 
-    /// Runs at a time, of every rank
+    /// Simultaneous runs of every rank
     #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: u16,
 
-    /// Only says what is in the table
+    /// Only check the table and print the number of runs
     #[arg(long, group = "instead")]
     check: bool,
 
-    /// Does only this share of the runs, counted from 0: 3/100
+    /// Run only this share of the runs, counted from 0, for example 3/100
     #[arg(long, group = "instead", value_parser = share)]
     share: Option<[usize; 2]>,
 
-    /// Simulates nothing: writes the tables of what is finished
+    /// Only write the tables of results of the finished runs
     #[arg(long, group = "instead")]
     merge: bool,
 
@@ -47,14 +47,14 @@ struct Arguments {
     #[arg(long, default_value = "60", value_parser = seconds)]
     checkpoint_every: Duration,
 
-    /// Seconds after which a rank that says nothing is given up; ranks say something every second
+    /// Seconds without a message after which a rank is given up; ranks send one every second
     #[arg(long, default_value = "60", value_parser = seconds)]
     patience: Duration,
 }
 
-/// Bad table or command line.
+/// Exit code for an invalid table or command line.
 const REFUSED: u8 = 2;
-/// "Try again later", as <sysexits.h> has it.
+/// Exit code after a signal: `EX_TEMPFAIL` of <sysexits.h>.
 const STOPPED: u8 = 75;
 
 fn share(text: &str) -> Result<[usize; 2], String> {
@@ -69,7 +69,7 @@ fn seconds(text: &str) -> Result<Duration, String> {
         .and_then(|seconds| Duration::try_from_secs_f64(seconds).map_err(|error| error.to_string()))
 }
 
-/// A line to a stream that nobody may read on.
+/// Writes a line, and ignores errors of a closed stream.
 fn say(mut stream: impl io::Write, line: impl std::fmt::Display) {
     writeln!(stream, "{line}").ok();
 }
@@ -80,7 +80,7 @@ fn main() -> ExitCode {
     #[cfg(not(feature = "mpi"))]
     let link = Some(gradient_mc_sweep::link::Alone);
     let Some(mut link) = link else {
-        say(io::stderr(), "error: MPI does not start");
+        say(io::stderr(), "error: MPI cannot be initialized");
         return ExitCode::FAILURE;
     };
     ExitCode::from(run(&mut link))
@@ -132,7 +132,7 @@ impl Arguments {
     }
 }
 
-/// Whether a signal has come.
+/// Whether a signal was received.
 fn signals() -> Result<impl Fn() -> bool, Refusal> {
     let signals = Signals::listen().map_err(failed)?;
     Ok(move || signals.received())
@@ -146,13 +146,13 @@ fn follow(arguments: &Arguments, link: &mut dyn Link) -> Result<u8, Refusal> {
     let table = Table::read(&text).map_err(|error| (REFUSED, error.to_string()))?;
     let job = arguments.job(table)?;
     if !crew::follow(&job, link, arguments.threads.into(), &signaled) {
-        say(io::stderr(), format_args!("error: rank {} hears nothing of rank 0", link.rank()));
+        say(io::stderr(), format_args!("error: rank {} gets no messages of rank 0", link.rank()));
         link.abort(1);
     }
     Ok(0)
 }
 
-/// What there is to run or to merge; nothing if the table was only to be checked.
+/// The job to run or to merge; `None` if the table is only checked.
 fn prepare(arguments: &Arguments) -> Result<Option<(String, Job)>, Refusal> {
     let (text, table) = arguments.read()?;
     if arguments.check {
@@ -177,14 +177,13 @@ fn lead(arguments: &Arguments, link: &mut dyn Link) -> Result<u8, Refusal> {
     }
     let code = report(&job, &ended, arguments)?;
     if ended.lost_ranks > 0 {
-        // The end of MPI would wait for them.
+        // Finalizing MPI would wait for the lost ranks.
         link.abort(1);
     }
     Ok(code)
 }
 
-/// Tasks that are not finished, the longest first, so that no rank is left alone with one at the
-/// end.
+/// Unfinished tasks, the longest first, so that all ranks end at about the same time.
 fn queue(job: &Job, share: Option<[usize; 2]>) -> Vec<usize> {
     let [part, parts] = share.unwrap_or([0, 1]);
     let tasks = job.table.tasks();
@@ -200,11 +199,11 @@ fn describe(table: &Table) {
     let (scenes, runs) = (table.cases.len(), table.tasks().len());
     say(
         io::stdout(),
-        format_args!("{scenes} scenes, {runs} runs, {:.1e} sweeps of a sphere at most", work as f64),
+        format_args!("{scenes} scenes, {runs} runs, at most {:.1e} sweeps times spheres", work as f64),
     );
 }
 
-/// Writes the results and says what became of the runs; the exit code.
+/// Writes and prints the results; returns the exit code.
 fn report(job: &Job, ended: &Ended, arguments: &Arguments) -> Result<u8, Refusal> {
     let count = |is: fn(&State) -> bool| ended.states.iter().filter(|state| is(state)).count();
     let failed_runs = count(|state| matches!(state, State::Failed(_) | State::Lost { .. }));
@@ -222,13 +221,10 @@ fn report(job: &Job, ended: &Ended, arguments: &Arguments) -> Result<u8, Refusal
         say(io::stdout(), format_args!("written to {}", job.folder.results("results.csv").display()));
     }
     if failed_runs > 0 {
-        say(
-            io::stderr(),
-            format_args!("error: {failed_runs} runs failed; the same command tries them again"),
-        );
+        say(io::stderr(), format_args!("error: {failed_runs} runs failed; the same command repeats them"));
     }
     if job.is_stopping() {
-        say(io::stderr(), "stopped; the same command goes on");
+        say(io::stderr(), "stopped; continue with the same command");
         return Ok(STOPPED);
     }
     Ok(u8::from(is_bad))

@@ -1,4 +1,4 @@
-//! Ranks of MPI.
+//! Messages between ranks by MPI.
 
 use crate::link::{Link, Message};
 use mpi::environment::Universe;
@@ -6,10 +6,10 @@ use mpi::point_to_point::traits::{Destination as _, MatchedReceiveVec as _, Sour
 use mpi::topology::{Communicator as _, SimpleCommunicator};
 use std::fmt;
 
-/// The ranks that `mpirun` or `srun` started; without them, one.
+/// Connection to the ranks started by `mpirun` or `srun`; a single rank without them.
 pub struct MpiLink {
     world: SimpleCommunicator,
-    /// MPI ends with it.
+    /// Finalizes MPI when dropped.
     _universe: Universe,
 }
 
@@ -20,7 +20,8 @@ impl fmt::Debug for MpiLink {
 }
 
 impl MpiLink {
-    /// Starts MPI, once in a process. Other threads may run, but not send.
+    /// Initializes MPI, once in a process. Other threads may run, but must not send messages.
+    /// `None` if it fails.
     #[must_use]
     pub fn new() -> Option<Self> {
         let (universe, _) = mpi::initialize_with_threading(mpi::Threading::Funneled)?;
@@ -28,7 +29,7 @@ impl MpiLink {
     }
 }
 
-/// Numbers of ranks are small and not negative.
+/// Ranks are small and not negative.
 fn number(rank: i32) -> usize {
     usize::try_from(rank).unwrap_or(0)
 }

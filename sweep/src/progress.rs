@@ -1,9 +1,9 @@
-//! How far a sweep is: one line on a terminal, a line now and then anywhere else.
+//! Progress of a parameter sweep: one line on a terminal, occasional lines otherwise.
 
 use std::io::{IsTerminal as _, Write as _, stderr};
 use std::time::{Duration, Instant};
 
-/// Of a known amount of work.
+/// Progress of a known amount of work.
 #[derive(Debug)]
 pub(crate) struct Progress {
     total: u64,
@@ -14,15 +14,16 @@ pub(crate) struct Progress {
 }
 
 impl Progress {
-    /// Of so much work in so many tasks.
+    /// Progress towards `total` work in `tasks` tasks.
     pub(crate) fn new(total: u64, tasks: usize) -> Self {
         Self { total, tasks, started: Instant::now(), shown: None, on_terminal: stderr().is_terminal() }
     }
 
-    /// Work done by now, and of it by earlier processes; tasks that are finished, and under way.
+    /// Prints the work done, the part of earlier processes, and the numbers of finished and running
+    /// tasks.
     pub(crate) fn show(&mut self, [done, before]: [u64; 2], finished: usize, running: usize) {
         let elapsed = self.started.elapsed();
-        // Ever more rarely, so that a day is some hundred lines.
+        // With increasing pauses: about a hundred lines in a day.
         let pause =
             if self.on_terminal { Duration::ZERO } else { (elapsed / 20).max(Duration::from_secs(10)) };
         if self.shown.unwrap_or(self.started).elapsed() < pause {
@@ -34,12 +35,12 @@ impl Progress {
         let left =
             if done > before { in_words(elapsed.as_secs_f64() * left) } else { "an unknown time".into() };
         let line = format!(
-            "{:>4.0} %  {finished} of {} runs finished, {running} under way; {}, about {left} left",
+            "{:>4.0} %  {finished} of {} runs finished, {running} running; {} elapsed, about {left} left",
             100.0 * share,
             self.tasks,
             in_words(elapsed.as_secs_f64()),
         );
-        // What cannot be written is lost: a run goes on when its terminal is gone.
+        // Errors are ignored: a run continues when its terminal is closed.
         if self.on_terminal {
             write!(stderr(), "\r\x1b[K{line}").ok();
         } else {
@@ -47,7 +48,7 @@ impl Progress {
         }
     }
 
-    /// A line that is to stay.
+    /// Prints a permanent line.
     pub(crate) fn say(&self, line: &str) {
         let clear = if self.on_terminal { "\r\x1b[K" } else { "" };
         writeln!(stderr(), "{clear}{line}").ok();

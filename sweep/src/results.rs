@@ -1,5 +1,4 @@
-//! What comes of it: one table of results, a row for each scene, and one of what was run, a row for
-//! each replica.
+//! Tables of results: one with a row for each scene, and one with a row for each replica.
 
 use crate::Failure;
 use crate::case::Case;
@@ -11,22 +10,22 @@ use gradient_mc::statistics::Estimate;
 use gradient_mc::{Error, Simulation};
 use std::io;
 
-/// What is known of a scene.
+/// The results of a scene.
 #[derive(Debug, Clone)]
 pub struct Measured {
-    /// Replicas that are finished.
+    /// Number of finished replicas.
     pub replicas: usize,
-    /// Sweeps that they measured together.
+    /// Their total number of sweeps of production.
     pub sweeps: u64,
-    /// Height of the center of mass.
+    /// Mean height of the center of mass, in diameters.
     pub center_of_mass: Option<Estimate>,
-    /// Z at the packing fractions of the table; none where the column is nowhere so dense.
+    /// Z at the packing fractions of the table; `None` if the column does not reach one.
     pub compressibility_factors: Vec<Option<Estimate>>,
-    /// Of all replicas.
+    /// Warnings of all replicas.
     pub warnings: Vec<Noted>,
 }
 
-/// What the tables of results were made of.
+/// The content of the tables of results.
 #[derive(Debug)]
 pub struct Written {
     /// Scenes in `results.csv`.
@@ -35,7 +34,7 @@ pub struct Written {
     pub failures: Vec<(String, Failure)>,
 }
 
-/// Whether all that is wrong is that too little was measured.
+/// `None` for an error about too few data.
 fn if_enough<T>(result: Result<T, Error>) -> Result<Option<T>, Error> {
     match result {
         Ok(value) => Ok(Some(value)),
@@ -45,10 +44,10 @@ fn if_enough<T>(result: Result<T, Error>) -> Result<Option<T>, Error> {
 }
 
 impl Job {
-    /// Merges the replicas of a scene that are finished, in their order.
+    /// Merges the finished replicas of a scene, in their order.
     ///
     /// # Errors
-    /// [`Failure::Simulation`] if there is none, or if a checkpoint cannot be read.
+    /// [`Failure::Simulation`] if there are none, or if a checkpoint cannot be read.
     pub fn measured(&self, case: &Case) -> Result<Measured, Failure> {
         let records: Vec<(usize, Record)> = (0..case.replicas)
             .filter_map(|replica| Some((replica, self.folder.record(case, replica)?)))
@@ -78,9 +77,9 @@ impl Job {
         })
     }
 
-    /// Writes `results.csv` with every scene of which a replica is finished, and `runs.csv`.
-    /// `state` tells those of tasks of which there is no record. Returns what was measured, and
-    /// the scenes that could not be merged.
+    /// Writes `results.csv` with every scene that has a finished replica, and `runs.csv`. `state`
+    /// gives the state of tasks without a record. Returns the results, and the scenes that could
+    /// not be merged.
     ///
     /// # Errors
     /// [`Failure::File`] if a table cannot be written.
@@ -100,7 +99,7 @@ impl Job {
         Ok(Written { measured, failures })
     }
 
-    /// Columns for the numbers of fields and temperatures, those that the scenes have.
+    /// Columns for the parameters of fields and temperatures in the scenes.
     fn parameters(&self) -> Vec<&'static str> {
         let mut names = Vec::new();
         for case in &self.table.cases {
@@ -181,7 +180,7 @@ impl Job {
     }
 }
 
-/// Columns that say which scene it is.
+/// Columns that identify a scene.
 fn head(parameters: &[&str]) -> Vec<String> {
     let before = ["scene", "height", "width_y", "width_z", "spheres", "field", "temperature"];
     before.iter().chain(parameters).map(|&name| name.to_owned()).collect()
@@ -201,7 +200,7 @@ fn of_scene(case: &Case, parameters: &[&str]) -> Vec<String> {
     row
 }
 
-/// What is to be minded, each kind once: in how many runs it is, and replicas that are missing.
+/// Kinds of warnings with the number of their runs, and missing replicas.
 fn summary(case: &Case, measured: &Measured) -> Vec<String> {
     let mut kinds: Vec<(&str, usize)> = Vec::new();
     for warning in &measured.warnings {
@@ -222,7 +221,7 @@ fn summary(case: &Case, measured: &Measured) -> Vec<String> {
     lines
 }
 
-/// A scene in a line, for people.
+/// The results of a scene in one line.
 #[must_use]
 pub fn line(case: &Case, measured: &Measured, packing_fractions: &[f64]) -> String {
     let text =

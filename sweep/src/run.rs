@@ -1,4 +1,4 @@
-//! One task: a replica from its start or its checkpoint to its end.
+//! Runs one task: a replica from its start or its checkpoint to its end.
 
 use crate::files::{Folder, Noted, Record};
 use crate::table::{Table, Task};
@@ -12,34 +12,34 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Why a replica could not be finished.
+/// Why a replica failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Failure {
-    /// The simulation, or its checkpoint.
+    /// An error of the simulation or its checkpoint.
     #[error(transparent)]
     Simulation(#[from] gradient_mc::Error),
-    /// A file other than the checkpoint.
+    /// An error of another file.
     #[error("{}", path.display())]
     File {
-        /// Which.
+        /// Path of the file.
         path: PathBuf,
-        /// What the system said.
+        /// Error of the system.
         source: io::Error,
     },
-    /// A fault of the program.
+    /// A panic, with its message.
     #[error("panicked: {0}")]
     Panicked(String),
 }
 
 impl Failure {
-    /// Whether another process works on the same run.
+    /// Whether another process has locked the run.
     fn is_held(&self) -> bool {
         let source = self.source().and_then(|source| source.downcast_ref::<io::Error>());
         source.is_some_and(|source| source.kind() == io::ErrorKind::WouldBlock)
     }
 
-    /// With its causes, on one line.
+    /// The error and its causes in one line.
     #[must_use]
     pub fn explained(&self) -> String {
         let causes = std::iter::successors(self.source(), |&error| error.source());
@@ -47,39 +47,37 @@ impl Failure {
     }
 }
 
-/// What all tasks of a process share.
+/// The data shared by all tasks of a process.
 #[derive(Debug)]
 pub struct Job {
-    /// What there is to be done.
+    /// The table of scenes.
     pub table: Table,
-    /// Where everything is kept.
+    /// The folder of results.
     pub folder: Folder,
     /// Time between checkpoints.
     pub checkpoint_every: Duration,
-    /// How long a process may be silent, or hold a task that another one wants, before it is given
-    /// up.
+    /// Time after which a silent process is given up, and for which a task waits for a lock.
     pub patience: Duration,
-    /// Becomes true when all shall stop.
+    /// True if all tasks must stop.
     pub stop: AtomicBool,
 }
 
 impl Job {
-    /// Runs a task; false if it was stopped. `progress` hears of the work done, in spheres times
-    /// sweeps: before this call, and by now.
+    /// Runs a task; returns false if it was stopped. `progress` is called with the work before this
+    /// call and the work so far, in spheres times sweeps.
     ///
     /// # Errors
-    /// [`Failure`].
+    /// [`Failure`] if the simulation or a file fails, or the task panics.
     pub fn run(&self, task: Task, progress: impl Fn([u64; 2])) -> Result<bool, Failure> {
         catch_unwind(AssertUnwindSafe(|| self.simulate(task, progress))).unwrap_or_else(|panic| {
             let text = panic.downcast_ref::<String>().map(String::as_str);
-            let text =
-                text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("for unknown reasons");
+            let text = text.or_else(|| panic.downcast_ref::<&str>().copied()).unwrap_or("unknown reason");
             Err(Failure::Panicked(text.into()))
         })
     }
 
-    /// Waits while another process has the checkpoint: that of a job that was sent twice, or that a
-    /// killed `mpirun` left behind.
+    /// Waits while another process has locked the checkpoint: that of a job that was submitted
+    /// twice, or that a killed `mpirun` left running.
     fn simulate(&self, task: Task, progress: impl Fn([u64; 2])) -> Result<bool, Failure> {
         let start = Instant::now();
         loop {
@@ -116,19 +114,19 @@ impl Job {
         Ok(ended.is_finished())
     }
 
-    /// Whether a task was finished, by whatever process.
+    /// Whether a task is finished, by any process.
     #[must_use]
     pub fn is_finished(&self, Task { case, replica }: Task) -> bool {
         self.folder.record(&self.table.cases[case], replica).is_some()
     }
 
-    /// Whether all were told to stop.
+    /// Whether all tasks must stop.
     #[must_use]
     pub fn is_stopping(&self) -> bool {
         self.stop.load(Ordering::SeqCst)
     }
 
-    /// A task in words.
+    /// Description of a task for messages.
     #[must_use]
     pub fn describe(&self, Task { case, replica }: Task) -> String {
         let case = &self.table.cases[case];

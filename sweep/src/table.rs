@@ -1,4 +1,4 @@
-//! The table of scenes: what may stand in it, and what is wrong with one, with line and column.
+//! The table of scenes: its format, and errors with line and column.
 
 use crate::case::{Case, FieldChoice, TemperatureChoice};
 use gradient_mc::Error;
@@ -9,39 +9,39 @@ use std::fmt;
 use std::ops::Range;
 use toml::Spanned;
 
-/// A table that was read and found good.
+/// A valid table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
-    /// Z is written at these.
+    /// Packing fractions at which Z is written.
     pub packing_fractions: Vec<f64>,
-    /// The scenes, those of grids one by one.
+    /// The scenes, including every scene of a grid.
     pub cases: Vec<Case>,
 }
 
 /// One replica of one scene: the unit of work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Task {
-    /// Number of the scene in [`Table::cases`].
+    /// Index of the scene in [`Table::cases`].
     pub case: usize,
     /// Number of the replica.
     pub replica: usize,
 }
 
-/// What is wrong with a table, and where.
+/// An error in a table, with its position.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("line {line}, column {column}: {message}")]
 pub struct BadTable {
-    /// From 1.
+    /// Line, from 1.
     pub line: usize,
-    /// In characters, from 1.
+    /// Column in characters, from 1.
     pub column: usize,
-    /// What is wrong there.
+    /// Description of the error.
     pub message: String,
 }
 
-/// More tasks than this are a slip.
+/// Largest number of tasks of a table.
 const MOST_TASKS: usize = 1_000_000;
-/// More sweeps than this are never done.
+/// Largest number of sweeps of a replica.
 const MOST_SWEEPS: u64 = 1_000_000_000_000;
 
 #[derive(Debug, Deserialize)]
@@ -110,7 +110,7 @@ impl TemperatureRow {
     }
 }
 
-/// A number that is one.
+/// A finite number.
 #[derive(Debug, Clone, Copy, Deserialize)]
 #[serde(try_from = "f64")]
 struct Finite(f64);
@@ -122,7 +122,7 @@ impl TryFrom<f64> for Finite {
     }
 }
 
-/// A number, or a list of them, which stands for as many scenes.
+/// A number, or a list of numbers for a grid of scenes.
 #[derive(Debug)]
 enum Values {
     One(f64),
@@ -137,7 +137,7 @@ impl Values {
         }
     }
 
-    /// Every pair with those of another, whose values change fastest.
+    /// All pairs with the values of `other`, which change fastest.
     fn by<T>(&self, other: &Self, of: impl Fn(f64, f64) -> T) -> Result<Vec<T>, Wrong> {
         let pairs = self.each(|first| other.each(|second| of(first, second)))?;
         Ok(pairs.into_iter().collect::<Result<Vec<_>, _>>()?.into_iter().flatten().collect())
@@ -168,7 +168,7 @@ impl<'de> Deserialize<'de> for Values {
                     values.push(value);
                 }
                 if values.is_empty() {
-                    return Err(de::Error::custom("an empty list stands for no scene"));
+                    return Err(de::Error::custom("an empty list gives no scene"));
                 }
                 Ok(Values::List(values))
             }
@@ -177,14 +177,14 @@ impl<'de> Deserialize<'de> for Values {
     }
 }
 
-/// What is wrong, and the bytes of the text that it is about.
+/// Position in the text, in bytes, and description of an error.
 type Wrong = (Range<usize>, String);
 
 impl Table {
-    /// Reads a table, and tries whether every scene of it can be simulated.
+    /// Reads a table and checks that every scene can be simulated.
     ///
     /// # Errors
-    /// [`BadTable`] with the first thing that is wrong.
+    /// [`BadTable`] with the first error.
     pub fn read(text: &str) -> Result<Self, BadTable> {
         let read = toml::from_str::<Document>(text)
             .map_err(|error| (error.span().unwrap_or(0..0), error.message().to_owned()));
@@ -201,7 +201,10 @@ impl Table {
         for fraction in document.packing_fractions {
             let (span, value) = (fraction.span(), fraction.into_inner());
             if !(value > 0.0 && value < 1.0) {
-                return Err((span, format!("a packing fraction of {value}: take one between 0 and 1")));
+                return Err((
+                    span,
+                    format!("a packing fraction of {value} is invalid: use one between 0 and 1"),
+                ));
             }
             packing_fractions.push(value);
         }
@@ -214,7 +217,7 @@ impl Table {
         for row in rows {
             let (span, row) = (row.span(), row.into_inner());
             if let Some(other) = names.insert(row.name.get_ref().clone(), row.name.get_ref().clone()) {
-                return Err((row.name.span(), format!("the name {other:?} is taken")));
+                return Err((row.name.span(), format!("the name {other:?} is used twice")));
             }
             let name = row.name.get_ref().clone();
             if let Some(other) = seeds.insert(*row.seed.get_ref(), name) {
@@ -224,14 +227,19 @@ impl Table {
             let of_row = row.cases()?;
             tasks = of_row.iter().fold(tasks, |tasks, case| tasks.saturating_add(case.replicas));
             if tasks > MOST_TASKS {
-                return Err((span, format!("with this scene there are more than {MOST_TASKS} runs")));
+                return Err((
+                    span,
+                    format!(
+                        "there are more than {MOST_TASKS} runs up to this scene: use fewer replicas or smaller grids"
+                    ),
+                ));
             }
             cases.extend(of_row);
         }
         Ok(Self { packing_fractions, cases })
     }
 
-    /// All tasks, scene by scene.
+    /// All tasks, ordered by scene.
     #[must_use]
     pub fn tasks(&self) -> Vec<Task> {
         let replicas =
@@ -240,7 +248,7 @@ impl Table {
     }
 }
 
-/// Fails unless a number is in a range.
+/// Fails if a number is not in a range.
 fn require<T: PartialOrd + Copy + fmt::Display>(
     value: &Spanned<T>,
     [least, most]: [T; 2],
@@ -249,16 +257,17 @@ fn require<T: PartialOrd + Copy + fmt::Display>(
     if number >= least && number <= most {
         return Ok(number);
     }
-    Err((value.span(), format!("{number}: take {least} to {most}")))
+    Err((value.span(), format!("{number} is invalid: use {least} to {most}")))
 }
 
 impl Row {
-    /// The scenes that it stands for.
+    /// The scenes of this entry.
     fn cases(&self) -> Result<Vec<Case>, Wrong> {
         let name = self.name.get_ref();
         let usable = |letter: char| letter.is_ascii_alphanumeric() || letter == '-' || letter == '_';
         if name.is_empty() || name.len() > 100 || !name.chars().all(usable) {
-            let message = format!("the name {name:?} becomes that of files: take letters, digits, - and _");
+            let message =
+                format!("the name {name:?} is used in file names: use only letters, digits, - and _");
             return Err((self.name.span(), message));
         }
         let replicas = require(&self.replicas, [1, MOST_TASKS])?;
@@ -266,7 +275,7 @@ impl Row {
         let sweeps = require(&self.sweeps, [1, MOST_SWEEPS])?;
         let target_error = match &self.target_error {
             Some(target) if target.get_ref().0 <= 0.0 => {
-                return Err((target.span(), "a target that is not positive is never reached".into()));
+                return Err((target.span(), "a target error must be positive".into()));
             }
             target => target.as_ref().map(|target| target.get_ref().0),
         };
@@ -302,7 +311,7 @@ impl Row {
         Ok(cases)
     }
 
-    /// What an error of the library is about.
+    /// Position in the text of the cause of an error of the library.
     fn span_of(&self, error: &Error) -> Range<usize> {
         match error {
             Error::SlabTooSmall { direction: 'y' | 'z', .. } => self.base.span(),

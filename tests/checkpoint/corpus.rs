@@ -1,4 +1,4 @@
-//! What fuzzing runs on, as ordinary tests: the files of `tests/corpus`, and bytes at random.
+//! Fuzzing inputs as ordinary tests: the files of `tests/corpus`, and random bytes.
 
 use crate::driver::drive;
 use crate::reader::{read, small};

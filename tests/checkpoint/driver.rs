@@ -1,6 +1,6 @@
-//! A program that bytes write: it builds a scene, a scheme, moves and observers, runs, asks for
-//! everything, is stopped and goes on. No choice may panic or hang, and the run that was stopped
-//! ends as the one that was not. The fuzz target `api` gives the bytes.
+//! A program controlled by bytes: it builds a scene, a scheme, moves and observers, runs, evaluates
+//! all results, is interrupted and continues. It must not panic or hang, and an interrupted run
+//! must end with the same bits as an uninterrupted one. The fuzz target `api` supplies the bytes.
 
 #![allow(clippy::unwrap_used)]
 

@@ -1,4 +1,4 @@
-//! A run that goes on from a file is the run that was not interrupted, bit for bit.
+//! A run continued from a file has the same bits as an uninterrupted run.
 
 use gradient_mc::checkpoint::{Persist, Snapshot};
 use gradient_mc::drive::{

@@ -1,4 +1,4 @@
-//! Files that are damaged, of other runs, or cannot be written.
+//! Files that are damaged, belong to other runs, or cannot be written.
 
 use gradient_mc::checkpoint::Snapshot;
 use gradient_mc::drive::{EquationOfStateClosure, RunningAverage, SelfConsistent};

@@ -1,4 +1,4 @@
-//! Processes that are killed, at any moment, and those that are told to stop.
+//! Processes that are killed at any moment, and processes that are stopped by a signal.
 
 use gradient_mc::checkpoint::{Run, Signals, Snapshot};
 use gradient_mc::field::UniformField;

@@ -1,5 +1,4 @@
-//! What must hold of runs that are stopped and go on: `cargo test --features signals --test
-//! checkpoint`.
+//! Tests of interrupted and continued runs: `cargo test --features signals --test checkpoint`.
 
 #![allow(clippy::unwrap_used, unreachable_pub)]
 

@@ -1,4 +1,4 @@
-//! Results of many processes.
+//! Merging the results of many processes.
 
 use gradient_mc::checkpoint::Run;
 use gradient_mc::field::UniformField;

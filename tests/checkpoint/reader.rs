@@ -1,5 +1,5 @@
-//! Reads any bytes as a checkpoint, and goes on from it if it is one. The fuzz target `checkpoint`
-//! gives the bytes.
+//! Reads arbitrary bytes as a checkpoint, and continues from it if it is valid. The fuzz target
+//! `checkpoint` supplies the bytes.
 
 #![allow(clippy::unwrap_used)]
 

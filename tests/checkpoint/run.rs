@@ -72,7 +72,7 @@ fn a_run_that_is_stopped_ends_as_one_that_is_not() {
             assert!(simulation.snapshot(&mut observer).unwrap() == undisturbed());
             break;
         }
-        assert!(ended.to_string().contains("goes on from"), "{ended}");
+        assert!(ended.to_string().contains("continues from"), "{ended}");
     }
     assert!(reasons.contains(&Reason::Stopped) && reasons.contains(&Reason::TimeLimit), "{reasons:?}");
     assert_eq!(reasons.last(), Some(&Reason::Complete));
@@ -268,7 +268,7 @@ fn a_trajectory_goes_on_with_the_run() {
     fs::remove_file(folder.path().join("parts.checkpoint")).unwrap();
     fs::remove_file(folder.path().join("parts.checkpoint.previous")).unwrap();
     let error = go("parts", 400).unwrap_err();
-    assert!(error.to_string().contains("take another, or remove it"), "{error}");
+    assert!(error.to_string().contains("use another file, or remove this one"), "{error}");
     assert!(go("parts", 400).is_err());
     assert_eq!(fs::read(folder.path().join("parts.gsd")).unwrap(), binary);
 }

@@ -1,4 +1,4 @@
-//! A type that is no scheme: the hint says what is.
+//! A type that is not a scheme: the compiler prints the hint.
 
 use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::ExponentialTemperature};
 

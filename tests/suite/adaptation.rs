@@ -1,6 +1,5 @@
-//! Whoever looks at a run sees the same: an adaptation of the field is shown the frames and the
-//! single moves and collisions that an observer is shown, and the potential that it changes is in
-//! force from the next sweep on.
+//! An adaptation of the field gets the same frames, single moves and collisions as an observer, and
+//! the potential that it changes is used from the next sweep on.
 
 use gradient_mc::drive::{Adaptation, EffectivePotential, Scheme};
 use gradient_mc::field::UniformField;

@@ -1,5 +1,5 @@
-//! The pressure from event chains: against the weight of the column, which it does not know, and
-//! against the equation of state.
+//! The pressure from event chains, compared with the weight of the column, which is independent of
+//! it, and with the equation of state.
 
 use gradient_mc::drive::{Automatic, EquationOfStateClosure, Scheme};
 use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa, number_density};

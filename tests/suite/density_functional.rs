@@ -1,4 +1,4 @@
-//! Density functional theory: its layers, and the sum rules that every functional keeps.
+//! Density functional theory: its layers, and the sum rules that every functional fulfills.
 
 use gradient_mc::equation_of_state::{number_density, packing_fraction};
 use gradient_mc::field::{ExponentialField, UniformField};

@@ -1,5 +1,4 @@
-//! Event chains: exact results, agreement with local moves, determinism, and scenes made to break
-//! them.
+//! Event chains: exact results, agreement with local moves, determinism, and difficult scenes.
 
 // Positions are compared to the last bit.
 #![allow(clippy::float_cmp)]

@@ -1,5 +1,5 @@
-//! Sampled results that are known exactly: seeded, within 4 blocked standard errors, and with a cap
-//! on the error bar itself, so that a noisy run cannot pass.
+//! Sampled results compared with exact ones: fixed seeds, within 4 standard errors from blocks,
+//! with a limit on the standard error, so that a noisy run cannot pass.
 
 use crate::common::exact::{
     TWO_SPHERES_MEAN, TWO_SPHERES_VARIANCE, agrees, center_of_mass, contact_density, ideal_gas_mean,

@@ -1,5 +1,4 @@
-//! What is left when code of a user's own fails half-way: counters tell what happened, and whoever
-//! looks on is as before.
+//! Failures of user code during a sweep: counters record them, and observers stay valid.
 
 use gradient_mc::drive::{Drive, EffectivePotential, Scheme};
 use gradient_mc::field::UniformField;
@@ -82,7 +81,7 @@ fn counters_tell_what_a_failed_sweep_did() {
             let Error::InvalidPotential { height, potential, .. } = error else { panic!("{error}") };
             // Where the potential is no number, be it the place where a sphere was.
             assert!(potential.is_nan() && height > reaches, "{error}");
-            assert!(error.to_string().contains("no numbers"), "{error}");
+            assert!(error.to_string().contains("not a number"), "{error}");
             let counts = *simulation.move_counts();
             let sweep = counts.since(&before);
             assert!(sweep.trials > 0 && sweep.trials <= spheres as u64, "{sweep:?}");

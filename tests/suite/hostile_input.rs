@@ -1,4 +1,4 @@
-//! Input that makes no sense: a typed error that names the value and the remedy, never a panic.
+//! Invalid input gives a typed error that names the value and the remedy, never a panic.
 
 // Values are compared as they went in.
 #![allow(clippy::float_cmp)]
@@ -479,7 +479,7 @@ fn a_temperature_that_says_wrongly_that_it_is_constant() {
     }
     let error = Scene::new(slab(), 50, gravity(), Liar).map(drop).unwrap_err();
     assert!(matches!(error, Error::InconsistentTemperature { height, .. } if height > 0.0), "{error:?}");
-    assert_says(&error, &["3 everywhere", "constant"]);
+    assert_says(&error, &["returns 3 for all heights", "constant"]);
 }
 
 #[test]
@@ -489,7 +489,7 @@ fn errors_print_as_sentences() {
         format!("{error:?}")
     }
     let error = Isothermal::new(-1.0).unwrap_err();
-    assert_eq!(printed(&error), "temperature = -1 is not usable: it must be positive and finite");
+    assert_eq!(printed(&error), "temperature = -1 is invalid: it must be positive and finite");
     let mut simulation = Simulation::builder(scene(30)).start(ClosePacked).moves(small()).build().unwrap();
     let error = simulation.run(10, &mut Fragile { fails_at: 7, seen: 0 }).unwrap_err();
     assert!(printed(&error).contains("Fragile failed after sweep 7: out of ink"), "{error:?}");
@@ -520,7 +520,7 @@ fn bins_of_schemes() {
         ] {
             assert!(matches!(error, Error::InvalidBins { .. }), "{error:?}");
             // The range of the centers.
-            assert_says(&error, &["49 diameters", "take between 1 and"]);
+            assert_says(&error, &["49 diameters", "use between 1 and"]);
         }
     }
     assert_says(&Instantaneous::new(1e-7).unwrap().drive(&cooling()).unwrap_err(), &["490000000 bins"]);

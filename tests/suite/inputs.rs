@@ -1,5 +1,4 @@
-//! Inputs that are lawful and unusual, or wrong: the answer is right, or an error that says why
-//! not.
+//! Unusual or wrong inputs: the result is right, or an error tells the reason.
 
 use gradient_mc::drive::SelfConsistent;
 use gradient_mc::field::UniformField;
@@ -399,7 +398,7 @@ fn tolerances_lie_between_0_and_1() {
     let slab = Slab::new(30.0, 5.0, 5.0).unwrap();
     // Without a gradient, which turns out by probes, there is nothing to be off; with a minute one both
     // sides of the balance are the same sums but for rounding.
-    for (rate, text) in [(0.0, "isothermal"), (1e-11, "the weight above by 0 % at")] {
+    for (rate, text) in [(0.0, "isothermal"), (1e-11, "P_iso T/W - 1 = 0 % at")] {
         let temperature = ExponentialTemperature::new(4.0, rate).unwrap();
         let scene = Scene::new(slab, 60, UniformField::default(), temperature).unwrap();
         certificate_of(scene, text);

@@ -1,5 +1,5 @@
-//! What no move may break, whatever the scene: spheres do not overlap and stay inside, and a seed
-//! decides everything.
+//! Invariants of all moves in all scenes: spheres do not overlap and stay inside, and runs are
+//! determined by the seed.
 
 use crate::common::scenes::{FieldCase, TemperatureCase, field_case, temperature_case};
 use gradient_mc::drive::{Automatic, EquationOfStateClosure, Instantaneous, Scheme, SelfConsistent};

@@ -1,5 +1,4 @@
-//! What must hold: one program, so that the library is linked once and all cores stay busy to the
-//! end.
+//! The main test suite: one program, so that the library is linked once and all cores are used.
 //!
 //! `cargo test --test suite exact_results` runs one module. Apart from these, `threads` runs with
 //! the feature `rayon` too, and `no_trace` counts allocations.

@@ -1,4 +1,4 @@
-//! A field that pulls up is one that pulls down, seen upside down.
+//! A scene with a field that pulls up is the mirror image of one with a field that pulls down.
 
 use gradient_mc::drive::{Adaptation, Drive, EquationOfStateClosure, Instantaneous, Scheme};
 use gradient_mc::equation_of_state::FluidSolid;

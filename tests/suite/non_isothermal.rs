@@ -1,4 +1,5 @@
-//! Temperatures that vary: the default scheme is accurate, and wrong or hasty ones are noticed.
+//! Varying temperatures: the default scheme is accurate, and wrong or unconverged fields are
+//! detected.
 
 use crate::common::wrong_rules::{EquationThirtyOneAsPrinted, TemperatureInMetropolis};
 use gradient_mc::drive::{

@@ -1,5 +1,5 @@
-//! Limits in which one part of the library becomes another: α → 0 and β → 0, smoothly and, where
-//! they are reached, to the last bit.
+//! Limits α → 0 and β → 0: results are continuous, and at 0 they have the same bits as the special
+//! case.
 
 use crate::common::scenes::NoInteraction;
 use approx::assert_relative_eq;

@@ -1,8 +1,8 @@
-//! Every failure that `docs/stability.md` tells of, in a small scene: what the program says there
-//! must not disappear.
+//! Every failure described in `docs/stability.md`, in a small scene: its warning or error must be
+//! given.
 //!
-//! Variants of `Warning` one by one, and healthy runs without any, are in `warnings.rs`; here is
-//! what the maps of the example `stability` show.
+//! The single variants of `Warning`, and good runs without warnings, are in `warnings.rs`; the
+//! cases here are those of the maps of the study `stability`.
 
 use gradient_mc::drive::{
     Automatic, AveragedThenFrozen, Drive, EquationOfStateClosure, Instantaneous, RunningAverage, Scheme,

@@ -1,7 +1,7 @@
-//! The steady state is reached from both sides: a start far too high and one far too compact meet.
+//! Runs that start far too high and far too low reach the same steady state.
 //!
-//! Errors come from independent replicas, so that they contain whatever a single run cannot know
-//! about itself: its slowest mode, and the noise that a self-consistent field was frozen with.
+//! Standard errors are from independent replicas, so that they include what a single run does not
+//! show: its slowest mode, and the noise of the frozen self-consistent field.
 
 use gradient_mc::drive::{Automatic, Scheme, SelfConsistent};
 use gradient_mc::field::UniformField;

@@ -1,4 +1,4 @@
-//! Observers of structure, end to end: fluids and crystals whose structure is known.
+//! Observers of structure in fluids and crystals of known structure.
 
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves};

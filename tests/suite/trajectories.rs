@@ -1,5 +1,5 @@
-//! Trajectories: what is written is what is read, and what is not a trajectory is an error that
-//! says where.
+//! Trajectories: written files read back with the same bits, and invalid files give an error with
+//! its position.
 
 use gradient_mc::field::UniformField;
 use gradient_mc::observers::{BondOrder, ExtendedXyz, Gsd, HexaticOrder, RadialDistribution};
@@ -311,7 +311,7 @@ fn a_file_that_holds_something_is_not_overwritten() {
     simulation.run(3, &mut trajectory).unwrap();
     let before = fs::read(&path).unwrap();
     let error = simulation.run(1, &mut Gsd::open(&path).unwrap()).unwrap_err();
-    assert!(error.to_string().contains("take another, or remove it"), "{error}");
+    assert!(error.to_string().contains("use another file, or remove this one"), "{error}");
     // Nor are frames of another run appended.
     let mut other = Simulation::builder(column([6.0, 3.0, 3.5], 6)).build().unwrap();
     other.run(5, &mut ()).unwrap();

@@ -1,4 +1,4 @@
-//! Pressures on base and lid, in scenes that end before a wall and in closed boxes.
+//! Pressures on base and lid, in open columns and in closed boxes.
 
 use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::field::UniformField;

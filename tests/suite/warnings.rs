@@ -1,4 +1,4 @@
-//! Every warning appears in a scene that deserves it, and none in runs that are as they should be.
+//! Every warning is given in a scene with this problem, and no warning in good runs.
 
 use gradient_mc::drive::{
     Automatic, EquationOfStateClosure, Instantaneous, RunningAverage, Scheme, SelfConsistent,

@@ -1,4 +1,4 @@
-//! How far a profile of a column is from another, and how far its own error bars say that it is.
+//! Measures of the difference of two profiles, and the difference expected from their error bars.
 //!
 //! Profiles are means of n over bins one diameter high, from x = 0, and P at the middles of these
 //! bins.
@@ -8,16 +8,16 @@ use std::f64::consts::FRAC_2_PI;
 /// Height of a bin.
 pub const BIN_HEIGHT: f64 = 1.0;
 
-/// The fraction of all spheres that is at a wrong height, resolved to a diameter: half of ∫|n − n'|
-/// dx over N/A, the total-variation distance.
+/// Total variation distance: half of ∫|n − n'| dx over N/A, the share of spheres at a wrong height,
+/// resolved to a diameter.
 pub fn total_variation_distance(density: &[f64], reference: &[f64], column_density: f64) -> f64 {
     let distance: f64 =
         density.iter().zip(reference).map(|(density, reference)| (density - reference).abs()).sum();
     0.5 * distance * BIN_HEIGHT / column_density
 }
 
-/// The total variation distance to be expected of a density that is right but for normal noise of
-/// these standard errors: the mean magnitude of such noise is √(2/π) of its standard deviation.
+/// Expected total variation distance of an unbiased density with normal noise of these standard
+/// errors; the mean magnitude of the noise is √(2/π) of its standard deviation.
 pub fn expected_total_variation_distance(standard_errors: &[f64], column_density: f64) -> f64 {
     0.5 * FRAC_2_PI.sqrt() * standard_errors.iter().sum::<f64>() * BIN_HEIGHT / column_density
 }
@@ -32,7 +32,7 @@ pub fn pressure_deviation(pressure: &[f64], reference: &[f64]) -> f64 {
     largest / reference.first().copied().unwrap_or(f64::NAN)
 }
 
-/// The larger of two; NaN if either is, where `max` would forget it.
+/// The larger of two; NaN if either is NaN, which `max` would ignore.
 fn worse(one: f64, other: f64) -> f64 {
     if one.is_nan() || other.is_nan() { f64::NAN } else { one.max(other) }
 }
@@ -54,7 +54,7 @@ pub fn bulk_deviation(values: &[f64], reference: &[f64], reference_density: &[f6
     root_mean(&squares)
 }
 
-/// The root of the mean of squares; NaN of none.
+/// The root of the mean of squares; NaN for none.
 pub fn root_mean(squares: &[f64]) -> f64 {
     (squares.iter().sum::<f64>() / squares.len() as f64).sqrt()
 }

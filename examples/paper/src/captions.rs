@@ -1,10 +1,9 @@
-//! Captions of the pictures that a study draws, for whoever puts them on a page.
+//! Captions of the pictures of a study, used on the page of all figures.
 
 use super::{Failure, output};
 use std::path::Path;
 
-/// Writes `captions.csv`: the file of each picture, in the order in which they are to be seen, and
-/// what it shows.
+/// Writes `captions.csv`: file and caption of each picture, in the order of the page.
 pub fn write_captions(directory: &Path, captions: &[(String, String)]) -> Result<(), Failure> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record(["file", "caption"])?;

@@ -1,4 +1,4 @@
-//! Time that work takes, free of what else the machine does.
+//! CPU time of a piece of work.
 
 use cpu_time::{ProcessTime, ThreadTime};
 use gradient_mc::checkpoint::{Archive, Persist};
@@ -9,13 +9,13 @@ pub fn cpu_seconds() -> f64 {
     ThreadTime::now().as_duration().as_secs_f64()
 }
 
-/// CPU seconds of this process: the threads that may share a sweep are counted, others sleep.
+/// CPU seconds of this process, including all threads of a sweep.
 pub fn process_cpu_seconds() -> f64 {
     ProcessTime::now().as_duration().as_secs_f64()
 }
 
-/// CPU seconds of a piece of work on one thread. As an observer it is part of checkpoints: a
-/// process that goes on from one adds what the processes before it took up to there.
+/// CPU seconds of a piece of work on one thread. As an observer it is part of checkpoints, so the
+/// time of earlier processes up to the checkpoint is included.
 #[derive(Debug, Clone, Copy)]
 pub struct Stopwatch {
     before: f64,
@@ -23,12 +23,12 @@ pub struct Stopwatch {
 }
 
 impl Stopwatch {
-    /// Starts now.
+    /// Starts the measurement.
     pub fn start() -> Self {
         Self { before: 0.0, began: cpu_seconds() }
     }
 
-    /// On the thread that it was started or read on.
+    /// CPU seconds so far. Call it on the thread that started or read the stopwatch.
     pub fn seconds(&self) -> f64 {
         self.before + cpu_seconds() - self.began
     }

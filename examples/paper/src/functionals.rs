@@ -18,10 +18,10 @@ impl std::fmt::Debug for Named {
     }
 }
 
-/// The place of White Bear II among them.
+/// Index of White Bear II in [`all`].
 pub const WHITE_BEAR_2: usize = 2;
 
-/// All of them.
+/// All functionals.
 pub fn all() -> Vec<Named> {
     vec![
         Named { name: "Rosenfeld", file: "rosenfeld", functional: Box::new(Rosenfeld) },
@@ -43,8 +43,8 @@ pub fn base_bins(profile: &LayeredProfile) -> impl Iterator<Item = (f64, f64)> +
     })
 }
 
-/// n(x) at the base at T₀ = 5 by a Monte Carlo program that has nothing in common with the library
-/// (`tests/reference/README.md`), in the lowest of these bins.
+/// n(x) at the base at T₀ = 5 by an independent Monte Carlo program (`tests/reference/README.md`),
+/// in the lowest of these bins.
 pub fn independent_base() -> Result<Vec<Estimate>, Failure> {
     let text = include_str!("../../../tests/reference/layers_T5_monte_carlo.csv");
     let mut reader = csv::Reader::from_reader(text.as_bytes());

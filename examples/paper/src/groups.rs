@@ -4,9 +4,8 @@ use gradient_mc::HydrostaticProfile;
 use gradient_mc::observers::BinState;
 use gradient_mc::statistics::Estimate;
 
-/// The height, from `lowest` on, at which |d ln n/dx| of the theory first exceeds `steepest`, to a
-/// tenth of a diameter: a local equation of state cannot be expected to hold where ln n changes by
-/// much over a diameter.
+/// The first height above `lowest` at which |d ln n/dx| of the theory exceeds `steepest`, to 0.1
+/// diameters. A local equation of state holds only where ln n changes little over a diameter.
 pub fn end_of_gentle_slope(theory: &HydrostaticProfile, lowest: f64, steepest: f64, lid: f64) -> f64 {
     let slope = |height: f64| {
         let (below, above) = (theory.number_density(height - 0.05), theory.number_density(height + 0.05));
@@ -19,8 +18,8 @@ pub fn end_of_gentle_slope(theory: &HydrostaticProfile, lowest: f64, steepest: f
     highest
 }
 
-/// The edges of `groups` ranges of heights from `lowest` to `highest` that hold equally many
-/// spheres, so that the dilute top is known as well as the rest.
+/// The edges of `groups` ranges of heights from `lowest` to `highest` with equal numbers of
+/// spheres, so that errors are similar in all of them.
 pub fn edges_of_equal_numbers(
     theory: &HydrostaticProfile,
     [lowest, highest]: [f64; 2],
@@ -40,8 +39,8 @@ pub fn ranges_between(edges: &[f64]) -> Vec<[f64; 2]> {
     edges.windows(2).map(|group| [group[0], group[1]]).collect()
 }
 
-/// Means of a quantity over the bins whose middles lie in ranges of heights; the states are in
-/// order.
+/// Means of a quantity over the bins whose middles are in ranges of heights; the states are ordered
+/// by height.
 pub fn means_over(states: &[BinState], ranges: &[[f64; 2]], value: impl Fn(&BinState) -> f64) -> Vec<f64> {
     let below = |height: f64| states.partition_point(|state| state.height < height);
     let mean = |&[low, high]: &[f64; 2]| {
@@ -51,20 +50,19 @@ pub fn means_over(states: &[BinState], ranges: &[[f64; 2]], value: impl Fn(&BinS
     ranges.iter().map(mean).collect()
 }
 
-/// The one farthest from zero, with its sign. NaN if there is none or one of them is, so that what
-/// could not be measured fails a claim.
+/// The estimate with the largest magnitude, with its sign. NaN if there is none or one is NaN, so
+/// that a claim about missing data fails.
 pub fn farthest_from_zero(values: impl IntoIterator<Item = Estimate>) -> Estimate {
     let farthest = values.into_iter().max_by(|first, second| first.mean.abs().total_cmp(&second.mean.abs()));
     farthest.unwrap_or(Estimate::new(f64::NAN, f64::NAN))
 }
 
-/// Without its sign.
+/// The magnitude of an estimate.
 pub fn magnitude(Estimate { mean, standard_error, .. }: Estimate) -> Estimate {
     Estimate::new(mean.abs(), standard_error)
 }
 
-/// The largest. NaN if there is none or one of them is, for the same reason; `f64::max` would pass
-/// over it.
+/// The largest value. NaN if there is none or one is NaN, which `f64::max` would ignore.
 pub fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
     let larger = |first: f64, second: f64| if first >= second || first.is_nan() { first } else { second };
     values.into_iter().reduce(larger).unwrap_or(f64::NAN)

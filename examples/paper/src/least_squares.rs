@@ -1,4 +1,4 @@
-//! Straight lines and whatever else is linear in its coefficients.
+//! Linear least squares.
 
 use nalgebra::{SMatrix, SVector};
 

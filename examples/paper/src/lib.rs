@@ -1,20 +1,20 @@
-//! What the studies of `gradient-mc` share. A study is a program under `src/bin` that reproduces
-//! figures of doi:10.1103/PhysRevE.83.061306 or compares methods.
+//! The library of the studies of `gradient-mc`. A study is a program under `src/bin` that
+//! reproduces figures of doi:10.1103/PhysRevE.83.061306 or compares methods.
 //!
 //! A study is made of
 //!
-//! 1. options of its own beside those of every study, and [`study::main`], which reads both, makes
-//!    the directory, listens to signals and sets the exit code: 0 done, 1 a claim fails, 2 an
-//!    error, 130 interrupted;
+//! 1. its own options in addition to the common ones, and [`study::main`], which reads them, makes
+//!    the directory, handles signals and sets the exit code: 0 done, 1 a claim fails, 2 an error,
+//!    130 interrupted;
 //! 2. runs: [`Session::run_all`] does many on all cores, with a bar, a seed each
-//!    ([`Session::seed`]) and from both [sides](study::Side) of the steady state. They go on where
-//!    an earlier process was stopped ([`Watch`]), by the same command; the directory `unfinished`
-//!    beside the results holds what that takes until all is done;
+//!    ([`Session::seed`]) and from both [sides](study::Side) of the steady state. The same command
+//!    continues an interrupted study ([`Watch`]) from the directory `unfinished` beside the
+//!    results;
 //! 3. a [`Report`]: CSV files, pictures ([`figure`]) with captions, and tables on the terminal
 //!    ([`table`]);
-//! 4. claims in it: a number with an error and a range each ([`verdict`]). They decide the exit
-//!    code;
-//! 5. what the runs say against themselves ([`warnings`]).
+//! 4. claims: each is a number with an error and an allowed range ([`verdict`]). They decide the
+//!    exit code;
+//! 5. warnings about the runs ([`warnings`]).
 //!
 //! A whole study:
 //!
@@ -56,10 +56,10 @@
 //! }
 //! ```
 //!
-//! `all_figures` puts the pictures, captions and claims of the four studies that draw the paper's
-//! figures on one page. Beside what studies share there are [`homogeneous`] Monte Carlo, the
-//! opponent of the gradient; the [`calibration`] of the library's models; and a [plain] program,
-//! the yardstick of the benches.
+//! `all_figures` puts the pictures, captions and claims of the four studies that draw the figures
+//! of the paper on one page. The library also contains [`homogeneous`] Monte Carlo, with which the
+//! gradient is compared; the [`calibration`] of the models of `gradient-mc`; and a [plain] program,
+//! the reference of the benchmarks.
 
 #![allow(
     clippy::must_use_candidate,
@@ -101,17 +101,17 @@ pub use watch::{Interrupted, Watch};
 
 use std::process::ExitCode;
 
-/// Whatever stops a study.
+/// Any error of a study.
 pub type Failure = Box<dyn std::error::Error + Send + Sync>;
 
-/// How a study that did not fail came to its end.
+/// How a study without an error ended.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ending {
-    /// Everything was done, and what the study claims held.
+    /// Complete, and all claims hold.
     Finished,
-    /// By a signal: what was measured by then is written.
+    /// Ended by a signal; the data so far are written.
     Interrupted,
-    /// Everything was done, and the data contradict what the study claims.
+    /// Complete, but the data contradict a claim.
     ClaimFailed,
 }
 
@@ -120,7 +120,7 @@ pub fn conclude(outcome: Result<Ending, Failure>) -> ExitCode {
     match outcome {
         Ok(Ending::Finished) => ExitCode::SUCCESS,
         Ok(Ending::ClaimFailed) => ExitCode::FAILURE,
-        // What a shell reports for a process that Ctrl-C ended.
+        // The exit code of a process ended by Ctrl-C, as in shells.
         Ok(Ending::Interrupted) => ExitCode::from(130),
         Err(failure) if failure.is::<Interrupted>() => {
             eprintln!("{failure}");

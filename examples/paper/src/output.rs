@@ -6,8 +6,7 @@ use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Creates a directory with its parents, and sees that files can be written to it; the error names
-/// it.
+/// Creates a directory with its parents, and checks that files can be written to it.
 pub fn create_directory(path: &Path) -> Result<(), Failure> {
     fs::create_dir_all(path).map_err(|error| format!("cannot create {}: {error}", path.display()))?;
     let probe = path.join(format!("probe.{}", std::process::id()));
@@ -16,12 +15,12 @@ pub fn create_directory(path: &Path) -> Result<(), Failure> {
     probed.map_err(|error| format!("cannot write to {}: {error}", path.display()).into())
 }
 
-/// Writes a file that is there as a whole or not at all.
+/// Writes a file completely or not at all.
 pub fn write(path: &Path, bytes: impl AsRef<[u8]>) -> Result<(), Failure> {
     write_by(path, |new| Ok(fs::write(new, bytes)?))
 }
 
-/// The same of what `write` writes under another name, with the same extension.
+/// The same for a file that `write` writes, under a temporary name with the same extension.
 pub fn write_by(path: &Path, write: impl FnOnce(&Path) -> Result<(), Failure>) -> Result<(), Failure> {
     let mut name = PathBuf::from(path).with_extension("new").into_os_string();
     if let Some(extension) = path.extension() {
@@ -54,7 +53,7 @@ pub fn write_csv(
     write(path, writer.into_inner()?)
 }
 
-/// Reads what [`write_csv`] wrote: all rows, which have so many numbers.
+/// Reads all rows of a file by [`write_csv`], with this number of columns.
 pub fn read_csv<const COLUMNS: usize>(text: &str) -> Result<Vec<[f64; COLUMNS]>, Failure> {
     let mut reader = csv::ReaderBuilder::new().comment(Some(b'#')).from_reader(text.as_bytes());
     let rows = reader.deserialize::<Vec<f64>>().map(|row| {
@@ -65,8 +64,7 @@ pub fn read_csv<const COLUMNS: usize>(text: &str) -> Result<Vec<[f64; COLUMNS]>,
     rows.collect()
 }
 
-/// What stands in a row: a number, or an estimate, which takes two columns, mean and standard
-/// error.
+/// An entry of a row: a number, or an estimate with two columns, mean and standard error.
 pub trait Cell {
     fn push(&self, row: &mut Vec<f64>);
 }
@@ -99,7 +97,7 @@ macro_rules! row {
     }};
 }
 
-/// Nine significant digits, without trailing zeros; more would only be noise.
+/// Nine significant digits without trailing zeros.
 fn short(value: f64) -> String {
     let rounded = format!("{value:.8e}").parse().unwrap_or(value);
     format!("{rounded}")

@@ -1,7 +1,7 @@
-//! What nothing beats: as accurate in less time, or in as little time more accurate.
+//! Pareto fronts: points for which no other point has both a smaller cost and a smaller error.
 
-/// Indices of the points (cost, error) on the front, by rising cost. Points that are not numbers
-/// are not on it; of equal ones the first is.
+/// Indices of the points (cost, error) on the front, ordered by cost, without NaN. Of equal points
+/// the first is on the front.
 pub fn front(points: &[(f64, f64)]) -> Vec<usize> {
     let mut order: Vec<usize> =
         (0..points.len()).filter(|&index| !points[index].0.is_nan() && !points[index].1.is_nan()).collect();

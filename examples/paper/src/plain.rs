@@ -1,6 +1,5 @@
-//! The paper's algorithm written plainly, as the yardstick: linked-list cells, random sphere, cubic
-//! displacement, uniform field, one temperature. Correct, unremarkable, and what one would write
-//! first.
+//! The algorithm of the paper in its simplest form, as a reference: linked-list cells, random
+//! sphere, cubic displacement, uniform field, one temperature.
 
 use gradient_mc::Vector3;
 use rand::{RngExt, SeedableRng};
@@ -23,7 +22,7 @@ pub struct PlainColumn {
 }
 
 impl PlainColumn {
-    /// Takes over positions in a slab with a square base.
+    /// Makes a column from positions in a slab with a square base.
     pub fn new(
         height: f64,
         width: f64,
@@ -98,7 +97,7 @@ impl PlainColumn {
         &self.positions
     }
 
-    /// As many trials as there are spheres.
+    /// Makes as many trials as there are spheres.
     pub fn sweep(&mut self) {
         for _ in 0..self.positions.len() {
             let sphere = self.generator.random_range(0..self.positions.len());

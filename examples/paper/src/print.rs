@@ -1,7 +1,7 @@
-//! Printing that goes on when nobody reads.
+//! Printing that ignores a closed output.
 
-/// As that of the standard library, but what cannot be written is lost, where that panics: a run
-/// that writes files goes on when `head` has seen enough, or when its terminal is gone.
+/// The macro of the standard library, but errors are ignored instead of a panic: a run continues
+/// when its output is closed, for example by `head`.
 #[macro_export]
 macro_rules! println {
     ($($what:tt)*) => {

@@ -1,4 +1,4 @@
-//! Progress with the time left: a bar on a terminal, plain lines anywhere else.
+//! Progress with the remaining time: a bar on a terminal, plain lines otherwise.
 
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
@@ -6,13 +6,13 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// Progress of a known amount of work, shared by all threads that do it.
+/// Progress of a known amount of work, shared by all threads.
 #[derive(Debug)]
 pub struct Progress {
     bar: ProgressBar,
     total: u64,
     done: AtomicU64,
-    /// Of these, those that an earlier process has done.
+    /// Units done by an earlier process.
     before: AtomicU64,
     started: Instant,
     /// Next tenth to be printed where there is no terminal.
@@ -40,7 +40,7 @@ impl Progress {
         }
     }
 
-    /// Progress that nobody sees.
+    /// Progress without output.
     pub fn hidden() -> Self {
         Self {
             bar: ProgressBar::hidden(),
@@ -52,7 +52,7 @@ impl Progress {
         }
     }
 
-    /// Reports that `units` had been done before this process began.
+    /// Reports that an earlier process has done `units`.
     pub fn resume(&self, units: u64) {
         self.before.fetch_add(units, Ordering::Relaxed);
         self.done.fetch_add(units, Ordering::Relaxed);
@@ -76,7 +76,7 @@ impl Progress {
         }
     }
 
-    /// Takes the bar away.
+    /// Removes the bar.
     pub fn finish(&self) {
         self.bar.finish_and_clear();
     }

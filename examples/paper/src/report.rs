@@ -1,4 +1,4 @@
-//! What a study leaves behind: tables, pictures with captions, and claims.
+//! The output of a study: tables, pictures with captions, and claims.
 
 use super::captions::write_captions;
 use super::figure::Figure;
@@ -21,7 +21,7 @@ impl Report {
         Self { directory: session.directory.clone(), verdicts: Verdicts::new(), captions: Vec::new() }
     }
 
-    /// Saves a picture under this name and notes its caption.
+    /// Saves a picture under this name, with its caption.
     pub fn picture(&mut self, name: &str, figure: &Figure, caption: &str) -> Result<(), Failure> {
         figure.save(&self.directory.join(name))?;
         self.captions.push((format!("{name}.png"), caption.to_owned()));
@@ -39,8 +39,8 @@ impl Report {
         write_csv(&self.directory.join(name).with_extension("csv"), units, columns, records)
     }
 
-    /// Writes and prints the claims, and writes the captions in the order of the pictures' names;
-    /// how the study ends.
+    /// Writes and prints the claims, and writes the captions in the order of the names of the
+    /// pictures. Returns how the study ended.
     pub fn finish(mut self) -> Result<Ending, Failure> {
         self.captions.sort();
         write_captions(&self.directory, &self.captions)?;

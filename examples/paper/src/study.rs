@@ -1,5 +1,4 @@
-//! What every study has: one command line, a directory to write to, and one way to do many runs at
-//! once.
+//! The common part of all studies: command line, output directory, and parallel runs.
 
 use super::interrupt::Interrupt;
 use super::output::create_directory;
@@ -18,14 +17,14 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
 
-/// The options that every study has.
+/// The options of every study.
 #[derive(Args, Debug, Clone)]
 pub struct SharedArguments {
-    /// Seed of the random numbers; run k takes the stream that belongs to seed and k
+    /// Seed of the random numbers; each run gets its own stream
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
 
-    /// Threads, up to 1024; 0 takes all cores. The results do not depend on it
+    /// Number of threads, up to 1024; 0 uses all cores. The results do not depend on it
     #[arg(long, default_value_t = 0, value_parser = thread_count)]
     pub threads: usize,
 
@@ -33,45 +32,44 @@ pub struct SharedArguments {
     #[arg(long)]
     pub out: Option<PathBuf>,
 
-    /// Starts anew where an earlier run was stopped
+    /// Start again instead of continuing an interrupted run
     #[arg(long)]
     pub fresh: bool,
 
-    /// A run of seconds that takes every path of the program. Its claims mean nothing: the exit
-    /// code only says whether it came to its end
+    /// Run only some seconds, to test the program. Its claims have no meaning, and the exit code
+    /// only tells whether it finished
     #[arg(long)]
     pub short: bool,
 }
 
-/// A number of threads that a machine can be asked for without standing still.
+/// Reads a number of threads, with an upper limit.
 fn thread_count(text: &str) -> Result<usize, String> {
     match text.parse() {
         Ok(threads) if threads <= 1024 => Ok(threads),
-        Ok(_) => Err("take at most 1024".into()),
+        Ok(_) => Err("use at most 1024".into()),
         Err(error) => Err(format!("{error}")),
     }
 }
 
-/// A study that was started.
+/// A running study.
 #[derive(Debug, Clone)]
 pub struct Session {
     pub seed: u64,
     pub threads: usize,
     pub short: bool,
-    /// Whether it starts anew where an earlier run was stopped.
+    /// Whether to start again instead of continuing an interrupted run.
     pub fresh: bool,
-    /// As it was asked for, if it was.
+    /// The option `--out`, if given.
     pub out: Option<PathBuf>,
-    /// Where everything is written; it exists.
+    /// The output directory, which exists.
     pub directory: PathBuf,
     pub interrupt: Interrupt,
-    /// What it goes on from when it was stopped.
+    /// The data from which an interrupted study continues.
     pub unfinished: Arc<Unfinished>,
 }
 
-/// The program of a study: reads the command line, of which `Own` are the options that only this
-/// study has, runs it, and turns what comes of it into the exit code. What it needs to go on is
-/// removed when it has come to its end.
+/// The main function of a study: reads the command line with its own options `Own`, runs the study,
+/// and returns the exit code. The data of interrupted runs are removed when it is complete.
 pub fn main<Own: Args + Debug>(
     name: &'static str,
     run: fn(&Own, &Session) -> Result<Ending, Failure>,
@@ -84,7 +82,7 @@ pub fn main<Own: Args + Debug>(
         if matches!(ending, Ok(Ending::Finished | Ending::ClaimFailed)) || unfinished.is_empty() {
             unfinished.remove()?;
         } else {
-            eprintln!("the same command goes on from {}", unfinished.folder().display());
+            eprintln!("the same command continues from {}", unfinished.folder().display());
         }
         ending
     });
@@ -94,7 +92,7 @@ pub fn main<Own: Args + Debug>(
     })
 }
 
-/// The options of this study, and those of every study.
+/// Reads the options of this study, and the common ones.
 pub fn parse<Own: Args>(
     name: &'static str,
     arguments: impl IntoIterator<Item = OsString>,
@@ -105,8 +103,8 @@ pub fn parse<Own: Args>(
 }
 
 impl Session {
-    /// Makes the directory, sees that it can be written to and that no other process does, and
-    /// listens to signals: once per process.
+    /// Makes the directory, checks that it is writable and not used by another process, and starts
+    /// to receive signals; once per process.
     fn new(name: &str, shared: SharedArguments, own: &impl Debug) -> Result<Self, Failure> {
         let SharedArguments { seed, threads, out, fresh, short } = shared;
         let directory = out.clone().unwrap_or_else(|| PathBuf::from("out").join(name));
@@ -116,7 +114,7 @@ impl Session {
         Ok(Self { seed, threads, short, fresh, out, directory, interrupt: Interrupt::listen()?, unfinished })
     }
 
-    /// One that listens to nobody.
+    /// A session without signals, for tests.
     #[cfg(test)]
     pub(crate) fn silent(directory: &Path, threads: usize) -> Self {
         let unfinished = Arc::new(Unfinished::open(directory, "", false).unwrap());
@@ -135,27 +133,27 @@ impl Session {
 
     /// The seed of a run: the same for any number of threads.
     pub fn seed(&self, run: u64) -> u64 {
-        // The generator scrambles its seed, so neighbors are as good as any.
+        // The generator scrambles its seed, so neighboring seeds are independent.
         self.seed.wrapping_mul(1_000_003).wrapping_add(run)
     }
 
-    /// One of two settings: of a run that counts, and of a short one.
+    /// One of two settings: for a usual run or a short one.
     pub fn choose<T>(&self, usual: T, short: T) -> T {
         if self.short { short } else { usual }
     }
 
-    /// The same session on so many threads.
+    /// The same session with this number of threads.
     #[must_use]
     pub fn on_threads(&self, threads: usize) -> Self {
         Self { threads, ..self.clone() }
     }
 
-    /// Does `work` on every task, on all threads, with a bar; what comes of each, in their order.
-    /// The largest by `size` come first, so that the threads end together; `size` is in the
-    /// units in which the work reports progress.
+    /// Calls `work` for every task on all threads, with a progress bar, and returns the results in
+    /// the order of the tasks. The largest tasks by `size` are started first, so that the threads
+    /// end at about the same time; `size` is in the units of progress.
     ///
-    /// An error in one task costs none of the others, and a signal ends those under way with
-    /// everything written.
+    /// An error of one task does not affect the others. A signal ends running tasks after a
+    /// checkpoint.
     pub fn try_all<Task: Send, Output: Send>(
         &self,
         what: &'static str,
@@ -178,8 +176,8 @@ impl Session {
         Ok(done.into_iter().map(|(_, outcome)| outcome).collect())
     }
 
-    /// The same of tasks that are all needed, each with a name: fails, once all are done, with what
-    /// is wrong in each that failed.
+    /// [`try_all`](Self::try_all) for named tasks that are all needed: if some fail, it returns all
+    /// their errors after the others have ended.
     pub fn run_all<Task: Send, Output: Send>(
         &self,
         what: &'static str,
@@ -204,9 +202,8 @@ impl Session {
         if interrupted { Err(Interrupted.into()) } else { Ok(outputs) }
     }
 
-    /// The same of tasks that are short and count alike. What was stopped in the middle is done
-    /// again from its start, so that the times that it measures are of one process; what is
-    /// done is kept.
+    /// [`run_all`](Self::run_all) for short tasks of equal size. An interrupted task starts again,
+    /// so that measured times are of one process; finished tasks are kept.
     pub fn run_each<Task: Send, Output: Send + Serialize + DeserializeOwned>(
         &self,
         what: &'static str,
@@ -218,27 +215,27 @@ impl Session {
     }
 }
 
-/// From which side a column comes to its steady state: if two from both sides agree, both are
-/// there.
+/// Side from which a column relaxes to its steady state. If columns from both sides agree, both are
+/// equilibrated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
-    /// A random gas, far too high.
+    /// From a random gas, far too high.
     Above,
-    /// A crystal on the base, far too low.
+    /// From a crystal on the base, far too low.
     Below,
 }
 
 impl Side {
     pub const BOTH: [Self; 2] = [Self::Above, Self::Below];
 
-    /// Sides by turns: of the run with this number.
+    /// The side of the run with this number, alternating.
     pub fn of(run: u64) -> Self {
         if run.is_multiple_of(2) { Self::Above } else { Self::Below }
     }
 }
 
-/// The whole number nearest to `number`, which is not negative and far below 2^53: spheres of a
-/// column, bins of a range, sweeps.
+/// Rounds a number that is not negative and far below 2^53, such as a number of spheres, bins or
+/// sweeps.
 #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
 pub fn count(number: f64) -> usize {
     number.round() as usize

@@ -1,4 +1,4 @@
-//! Tables on the terminal: one row per quantity, one column per case.
+//! Tables on the terminal, with one row per quantity and one column per case.
 
 use gradient_mc::statistics::Estimate;
 use std::fmt;
@@ -10,12 +10,12 @@ pub struct Table {
 }
 
 impl Table {
-    /// A table with these column heads; the first is that of the labels.
+    /// Makes a table with these column heads; the first is that of the labels.
     pub fn new(head: impl IntoIterator<Item = impl Into<String>>) -> Self {
         Self { rows: vec![head.into_iter().map(Into::into).collect()] }
     }
 
-    /// Adds a row; an empty one stays blank.
+    /// Adds a row; an empty one is a blank line.
     pub fn row(&mut self, label: &str, cells: impl IntoIterator<Item = String>) {
         self.rows.push(std::iter::once(label.to_owned()).chain(cells).collect());
     }

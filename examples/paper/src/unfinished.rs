@@ -1,4 +1,4 @@
-//! What a study leaves in its directory when it is stopped, and goes on from.
+//! The folder from which an interrupted study continues.
 
 use super::{Failure, output};
 use serde::Serialize;
@@ -16,15 +16,15 @@ const LOCK: &str = "lock";
 #[derive(Debug)]
 pub struct Unfinished {
     folder: PathBuf,
-    /// Whether there was something to go on from.
+    /// Whether an interrupted study is continued.
     goes_on: bool,
-    /// Held as long as this lives.
+    /// Lock against other processes, held until this is dropped.
     _lock: File,
 }
 
 impl Unfinished {
-    /// Of a study that writes to `directory`. `options` is all that its results depend on: what was
-    /// left by other options is refused, or removed if it is to start afresh.
+    /// Opens the folder of a study that writes to `directory`. `options` are all options on which
+    /// the results depend. A folder of other options is refused, or removed if `fresh`.
     pub fn open(directory: &Path, options: &str, fresh: bool) -> Result<Self, Failure> {
         let folder = directory.join(NAME);
         output::create_directory(&folder)?;
@@ -36,7 +36,8 @@ impl Unfinished {
         }
         let path = folder.join(OPTIONS);
         if fresh {
-            // All but the lock; the options last, so that what is left if this is killed has some.
+            // Everything except the lock; the options last, so that an interrupted removal is
+            // detected.
             for entry in fs::read_dir(&folder)? {
                 let entry = entry?.path();
                 if entry.is_dir() {
@@ -50,7 +51,7 @@ impl Unfinished {
             Ok(_) => {
                 let path = path.display();
                 return Err(format!(
-                    "{path} is of a run with other options: take these, another --out, or --fresh"
+                    "{path} is of a run with other options: use the same options, another --out, or --fresh"
                 )
                 .into());
             }
@@ -62,12 +63,12 @@ impl Unfinished {
         Ok(Self { folder, goes_on, _lock: lock })
     }
 
-    /// Whether there was something to go on from.
+    /// Whether an interrupted study is continued.
     pub fn goes_on(&self) -> bool {
         self.goes_on
     }
 
-    /// The folder of a task: what it is part of, and its number there.
+    /// The folder of a task, by group of tasks and number.
     pub fn of_task(&self, what: &str, number: usize) -> PathBuf {
         self.folder.join(what.replace(' ', "_")).join(number.to_string())
     }
@@ -76,13 +77,13 @@ impl Unfinished {
         &self.folder
     }
 
-    /// Whether no task has left anything.
+    /// Whether no task has data.
     pub fn is_empty(&self) -> bool {
         let entries = fs::read_dir(&self.folder).into_iter().flatten().flatten();
         !entries.map(|entry| entry.path()).any(|path| path.is_dir())
     }
 
-    /// Removes the folder: everything is done.
+    /// Removes the folder of a complete study.
     pub fn remove(&self) -> Result<(), Failure> {
         remove_directory(&self.folder)
     }
@@ -97,8 +98,8 @@ fn remove_directory(path: &Path) -> Result<(), Failure> {
     }
 }
 
-/// The result that is kept in a folder, of the same task by the same build of the program; else the
-/// one that is made, which is kept from then on.
+/// The result stored in a folder by the same build of the program; otherwise makes the result and
+/// stores it.
 pub fn kept<Output: Serialize + DeserializeOwned>(
     folder: &Path,
     task: &str,
@@ -121,7 +122,7 @@ pub fn kept<Output: Serialize + DeserializeOwned>(
     Ok(output)
 }
 
-/// Another build may have other settings, and other results.
+/// Identifies the build; another build may give other results.
 fn this_build() -> String {
     let file = std::env::current_exe().and_then(fs::metadata);
     let described = file.and_then(|file| Ok((file.len(), file.modified()?)));

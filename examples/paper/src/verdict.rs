@@ -1,4 +1,4 @@
-//! Verdicts: what a figure claims, the number that was measured, and the range it has to lie in.
+//! Verdicts: the claims of a figure, each with a measured number and its allowed range.
 
 use super::table::Table;
 use super::{Ending, Failure, output};
@@ -6,29 +6,29 @@ use gradient_mc::statistics::Estimate;
 use std::fmt;
 use std::path::Path;
 
-/// One claim with the number that decides it.
+/// A claim with the number that decides it.
 #[derive(Debug, Clone)]
 pub struct Verdict {
     /// The figure of the paper, such as "7 inset".
     pub figure: String,
-    /// In words, with the quantity that is measured and its unit.
+    /// The claim in words, with the measured quantity and its unit.
     pub claim: String,
     pub measured: Estimate,
-    /// The range in which the measured mean has to lie; one end may be infinite.
+    /// Allowed range of the measured mean; one end may be infinite.
     pub lowest: f64,
     pub highest: f64,
 }
 
 impl Verdict {
-    /// Whether the measured mean lies in the range. What could not be measured does not.
+    /// Whether the measured mean is in the range; false for NaN.
     ///
-    /// The error bar is shown and not used: a claim that is to hold within so many errors puts them
-    /// into its range, or measures the deviation in errors.
+    /// The error bar is not used: claims within a number of standard errors include them in the
+    /// range, or measure the deviation in standard errors.
     pub fn holds(&self) -> bool {
         (self.lowest..=self.highest).contains(&self.measured.mean)
     }
 
-    /// What was measured, with its error if it has one.
+    /// The measured value, with its error if it has one.
     pub fn measured_in_words(&self) -> String {
         if self.measured.standard_error > 0.0 { self.measured.to_string() } else { brief(self.measured.mean) }
     }
@@ -66,14 +66,14 @@ impl Verdicts {
         self.between(figure, claim, measured, threshold, f64::INFINITY);
     }
 
-    /// Claims that the measured mean lies between two thresholds.
+    /// Claims that the measured mean is between two thresholds.
     pub fn between(&mut self, figure: &str, claim: &str, measured: Estimate, lowest: f64, highest: f64) {
         let (figure, claim) = (figure.to_owned(), claim.to_owned());
         self.0.push(Verdict { figure, claim, measured, lowest, highest });
     }
 
-    /// Claims that the measured mean is within `standard_errors` of its errors of `expected`, and
-    /// that this says something: that the error is no larger than `largest_error`.
+    /// Claims that the measured mean agrees with `expected` within `standard_errors` standard
+    /// errors, and that the standard error is at most `largest_error`.
     pub fn agrees(
         &mut self,
         figure: &str,
@@ -83,12 +83,12 @@ impl Verdicts {
         largest_error: f64,
     ) {
         let error = measured.standard_error;
-        // An error bar that is too large, or none, makes the range empty.
+        // If the error is too large or missing, the range is empty.
         let reach = if error <= largest_error { standard_errors * error } else { f64::NAN };
         self.between(figure, claim, measured, expected - reach, expected + reach);
     }
 
-    /// Claims that something is so.
+    /// Claims that a condition holds.
     pub fn is_so(&mut self, figure: &str, claim: &str, so: bool) {
         self.at_least(figure, claim, Estimate::new(f64::from(u8::from(so)), 0.0), 1.0);
     }
@@ -97,8 +97,7 @@ impl Verdicts {
         self.0.iter()
     }
 
-    /// How an example with these verdicts ends. One without any has claimed nothing, and that is no
-    /// success either.
+    /// How a study with these verdicts ends. Without any verdict it fails.
     pub fn ending(&self) -> Ending {
         let good = !self.0.is_empty() && self.0.iter().all(Verdict::holds);
         if good { Ending::Finished } else { Ending::ClaimFailed }

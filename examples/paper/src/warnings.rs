@@ -1,10 +1,10 @@
-//! What runs say against themselves.
+//! Warnings of several runs.
 
 use gradient_mc::Warning;
 use std::mem::discriminant;
 
-/// One line for each kind of warning: the first of that kind, and in how many of the replicas there
-/// is one.
+/// One line for each kind of warning: the first warning of this kind, and the number of replicas
+/// with it.
 pub fn lines<'a>(replicas: impl IntoIterator<Item = &'a [Warning]>) -> Vec<String> {
     let replicas: Vec<&[Warning]> = replicas.into_iter().collect();
     let alike = |one: &Warning, other: &Warning| match (one, other) {
@@ -30,7 +30,7 @@ pub fn lines<'a>(replicas: impl IntoIterator<Item = &'a [Warning]>) -> Vec<Strin
         .collect()
 }
 
-/// Prints them, or that there are none.
+/// Prints these lines, or that there are none.
 pub fn print<'a>(replicas: impl IntoIterator<Item = &'a [Warning]>) {
     let lines = lines(replicas);
     if lines.is_empty() {

@@ -1,5 +1,5 @@
-//! What a task is given: it reports its progress, is told to stop, and goes on where an earlier
-//! process was stopped.
+//! The interface of a task to its study: progress, interruption, and continuation of an interrupted
+//! task.
 
 use super::Failure;
 use super::clock::Stopwatch;
@@ -15,24 +15,24 @@ use std::cell::{Cell, RefCell};
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// Time that a process that is killed loses at most.
+/// Time between checkpoints: the largest time that a killed process loses.
 const BETWEEN_CHECKPOINTS: Duration = Duration::from_secs(60);
 
-/// That a signal has come: an error that ends a run early.
+/// Error of a run that a signal ended early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[error("interrupted")]
 pub struct Interrupted;
 
-/// Of one task.
+/// The interface of one task.
 ///
-/// The sweeps of a task are made in stages, each with a checkpoint of its own, in the same order
-/// whenever the task is done. One that is done again reads the stages that are complete, and goes
-/// on within the one that is not.
+/// The sweeps of a task are made in stages, each with its own checkpoint, always in the same order.
+/// If an interrupted task is run again, complete stages are read and the interrupted stage
+/// continues.
 #[derive(Debug)]
 pub struct Watch<'a> {
     interrupt: &'a Interrupt,
     progress: &'a Progress,
-    /// Of the checkpoints.
+    /// Folder of the checkpoints.
     folder: PathBuf,
     stages: Cell<usize>,
     stopwatch: RefCell<Stopwatch>,
@@ -44,8 +44,8 @@ impl<'a> Watch<'a> {
         Self { interrupt, progress, folder, stages, stopwatch }
     }
 
-    /// A stage of so many sweeps of equilibration that the observer looks at, each worth `size`
-    /// units of progress. [`Interrupted`] ends it early.
+    /// Runs a stage of equilibration with an observer; each sweep counts `size` units of progress.
+    /// Fails with [`Interrupted`] after a signal.
     pub fn equilibrate<F, T, S, O>(
         &self,
         simulation: &mut Simulation<F, T, S>,
@@ -62,7 +62,7 @@ impl<'a> Watch<'a> {
         self.stage(simulation, [sweeps, 0], size, observer)
     }
 
-    /// The same of production.
+    /// The same for production.
     pub fn run<F, T, S, O>(
         &self,
         simulation: &mut Simulation<F, T, S>,
@@ -99,10 +99,13 @@ impl<'a> Watch<'a> {
             .checkpoint_every(BETWEEN_CHECKPOINTS)
             .stop_on(self.interrupt.flag())
             .progress(|now| {
-                // Says so if it is.
+                // Reports the signal, if there was one.
                 self.interrupt.pressed();
                 if let Some(error) = now.unsaved.filter(|_| is_saved) {
-                    eprintln!("goes on without a new checkpoint: {}", explained(error));
+                    eprintln!(
+                        "warning: the checkpoint was not written, the run continues: {}",
+                        explained(error)
+                    );
                 }
                 is_saved = now.unsaved.is_none();
                 if reported < now.began {
@@ -116,19 +119,18 @@ impl<'a> Watch<'a> {
         if ended.is_finished() { Ok(()) } else { Err(Interrupted.into()) }
     }
 
-    /// CPU seconds of the task so far, those of earlier processes up to the checkpoints that this
-    /// one went on from included.
+    /// CPU seconds of the task so far, including earlier processes up to their checkpoints.
     pub fn cpu_seconds(&self) -> f64 {
         self.stopwatch.borrow().seconds()
     }
 
-    /// [`Interrupted`] if a signal has come.
+    /// Fails with [`Interrupted`] after a signal.
     pub fn check(&self) -> Result<(), Failure> {
         if self.interrupt.pressed() { Err(Interrupted.into()) } else { Ok(()) }
     }
 
-    /// The result of a task without stages: the one that an earlier process has kept, or the one
-    /// that is made now. It is worth `size` units of progress.
+    /// The result of a task without stages: the stored one of an earlier process, or a new one. It
+    /// counts `size` units of progress.
     pub(super) fn kept<Output: Serialize + DeserializeOwned>(
         &self,
         task: &str,

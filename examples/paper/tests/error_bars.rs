@@ -1,5 +1,4 @@
-//! Error bars of short runs are what they say: a small calibration, in seconds, of what the study
-//! `error_bars` measures at length.
+//! Error bars of short runs are correct: a small version of the study `error_bars`.
 
 use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
 use gradient_mc::field::UniformField;

@@ -1,6 +1,5 @@
-//! What the example `speed_and_accuracy` rests on: the homogeneous opponent, since a chart that
-//! makes it slow or wrong would flatter the gradient, the definitions of errors, and the Pareto
-//! front.
+//! Parts of the study `speed_and_accuracy`: the homogeneous program, which must be correct and fast
+//! for a fair comparison, the definitions of errors, and the Pareto front.
 
 #![allow(clippy::unwrap_used)]
 

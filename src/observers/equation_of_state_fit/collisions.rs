@@ -1,4 +1,4 @@
-//! Z where a chain passes: collisions over path, height by height.
+//! Z from event chains: collisions over path, resolved by height.
 
 use super::super::bins::{Bins, HeightBins, Place};
 use super::least_squares::LeastSquares;
@@ -8,20 +8,21 @@ use crate::equation_of_state::{EquationOfState, MOST_TERMS, Series, packing_frac
 use crate::{AcceptedMove, Collision, Error, Frame, Recorder, Slab};
 use std::ops::Range;
 
-/// Sums of an interval of sweeps by height.
+/// Sums over an interval of sweeps, for each bin of height.
 #[derive(Debug, Clone)]
 pub(crate) struct Collisions {
     bins: HeightBins,
     smoothing: Smoothing,
     frames: f64,
     counts: Vec<f64>,
-    /// Path, and separations, half of each to the bin of either partner.
+    /// Path, and sum of separations; half of each separation is added to the bin of each of the two
+    /// spheres.
     sums: Vec<[f64; 2]>,
     densities: Vec<f64>,
 }
 
-/// Means over intervals, as they stand in a sample: numbers of spheres, paths, transfers, and paths
-/// times each term of a [`Series`] at the packing fraction of the interval.
+/// Means over intervals, in the order of a sample: numbers of spheres, paths, sums of separations,
+/// and paths times each term of a [`Series`] at the packing fraction of the interval.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Means<'a> {
     pub(super) counts: &'a [f64],
@@ -31,7 +32,7 @@ pub(crate) struct Means<'a> {
 }
 
 impl Collisions {
-    /// In bins over a whole slab, smoothed over `reach` of them on either side.
+    /// Makes sums in bins over a whole slab, smoothed over `reach` bins on either side.
     ///
     /// # Errors
     /// [`Error::InvalidBins`] for a slab higher than 32 768 diameters.
@@ -54,12 +55,12 @@ impl Collisions {
         self.bins
     }
 
-    /// The bins whose middles are farther than `distance` from both walls.
+    /// The bins whose middles are more than `distance` from both walls.
     pub(crate) fn away_from_walls(&self, slab: &Slab, distance: f64) -> Range<usize> {
         bins_in(&self.bins, [distance, slab.height() - distance])
     }
 
-    /// Numbers in a sample.
+    /// Number of components of a sample.
     pub(crate) fn components(&self) -> usize {
         (3 + MOST_TERMS) * self.bins.count()
     }
@@ -77,7 +78,7 @@ impl Collisions {
         });
     }
 
-    /// Ends an interval: writes its sample and begins the next.
+    /// Ends an interval: writes its sample and starts the next interval.
     pub(crate) fn take(&mut self, sample: &mut [f64]) {
         let count = self.bins.count();
         for count in &mut self.counts {
@@ -97,7 +98,7 @@ impl Collisions {
         self.forget();
     }
 
-    /// Begins an interval.
+    /// Clears all sums and starts an interval.
     pub(super) fn forget(&mut self) {
         self.frames = 0.0;
         self.counts.fill(0.0);
@@ -138,18 +139,18 @@ impl<'a> Means<'a> {
         Self { counts, paths, transfers, terms }
     }
 
-    /// The path run in a bin.
+    /// The path of chains in a bin.
     pub(crate) fn path(&self, bin: usize) -> f64 {
         self.paths[bin]
     }
 
-    /// Whether a bin was less dense than a packing fraction.
+    /// Whether the packing fraction of a bin was below this value.
     pub(crate) fn is_below(&self, packing_fraction: f64, bin: usize) -> bool {
         self.terms[bin] < Series::terms(packing_fraction)[0] * self.paths[bin]
     }
 
-    /// The coefficients of the [`Series`] with so many terms that meets the collisions in some bins
-    /// best.
+    /// The coefficients of the [`Series`] with this number of terms that fits the collisions in the
+    /// given bins best.
     pub(crate) fn fit(&self, some: impl Iterator<Item = usize>, terms: usize) -> Option<Vec<f64>> {
         let bins = self.counts.len();
         let row = |bin: usize| {
@@ -159,13 +160,13 @@ impl<'a> Means<'a> {
             }
             row
         };
-        // Weights need a rough Z only.
+        // An approximate Z is sufficient for weights.
         let rough = Series::new(&[4.0, -2.0]);
         let mut equations = LeastSquares::new(terms);
         for bin in some.filter(|&bin| self.paths[bin] > 0.0) {
             let row = row(bin);
             let eta = self.terms[bin] / self.paths[bin];
-            // The first term is nearly η for dilute fluids and more than that for dense ones.
+            // The packing fraction, approximately, from the mean x of the first term η/(1 − η)³.
             let factor = rough.compressibility_factor(eta.min(0.5) / (1.0 + 3.0 * eta.min(0.5)));
             equations.add(&row[..terms], self.transfers[bin], 1.0 / (self.paths[bin] * factor * factor));
         }

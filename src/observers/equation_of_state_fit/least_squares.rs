@@ -14,7 +14,7 @@ impl LeastSquares {
         Self { matrix: DMatrix::zeros(unknowns, unknowns), right: DVector::zeros(unknowns) }
     }
 
-    /// The equation row · x = value, whose value has the variance 1/`weight`.
+    /// Adds the equation row · x = value, where the value has the variance 1/`weight`.
     pub(super) fn add(&mut self, row: &[f64], value: f64, weight: f64) {
         for (i, one) in row.iter().enumerate() {
             self.right[i] += weight * one * value;
@@ -24,7 +24,7 @@ impl LeastSquares {
         }
     }
 
-    /// The solution; nothing if the rows do not determine it.
+    /// The solution; `None` if the rows do not determine it.
     pub(super) fn solve(mut self) -> Option<Vec<f64>> {
         let scales: Vec<f64> = self.matrix.diagonal().iter().map(|square| 1.0 / square.sqrt()).collect();
         for (i, one) in scales.iter().enumerate() {

@@ -7,7 +7,7 @@ use crate::{Error, Warning};
 use nalgebra::DVector;
 use std::f64::consts::PI;
 
-/// Fits have this many terms at least.
+/// Smallest number of terms of a fit.
 pub(super) const FEWEST_TERMS: usize = 3;
 
 /// One of the two routes to Z.
@@ -17,8 +17,7 @@ pub(super) enum Route {
     Collisions,
 }
 
-/// Coefficients of both routes for every number of terms, in one list, from a `fit` of each; NaN
-/// where there is none.
+/// Coefficients of both routes for every number of terms, in one list; NaN if there is no fit.
 pub(super) fn fits(mut fit: impl FnMut(Route, usize) -> Option<Vec<f64>>) -> Vec<f64> {
     let mut values = Vec::new();
     for terms in FEWEST_TERMS..=MOST_TERMS {
@@ -31,27 +30,27 @@ pub(super) fn fits(mut fit: impl FnMut(Route, usize) -> Option<Vec<f64>>) -> Vec
     values
 }
 
-/// That of one route in such a list.
+/// The series of one route in this list.
 fn fitted(values: &[f64], route: Route, terms: usize) -> Series {
     let first = MOST_TERMS * (2 * (terms - FEWEST_TERMS) + usize::from(route == Route::Collisions));
     Series::new(&values[first..first + MOST_TERMS])
 }
 
-/// Z(η) of a run, or of merged replicas, with errors: what an
-/// [`EquationOfStateFit`](super::EquationOfStateFit) has measured.
+/// Equation of state Z(η) with errors, measured in a run or in merged replicas by an
+/// [`EquationOfStateFit`](super::EquationOfStateFit).
 ///
-/// The number of terms of the fits is the smallest, at least three, for which one more changes Z
-/// nowhere by more than four standard errors of the change. The two routes are combined by their
-/// errors and their correlation at as many packing fractions as there are terms, from 0 to the
-/// highest. If they disagree ([`warnings`](Self::warnings)), the collisions alone stand for both:
-/// they need local equilibrium only.
+/// The number of terms of the fits is the smallest, at least three, for which one more term changes
+/// Z by at most four standard errors of the change at all densities. The two routes are combined
+/// with the weights of the smallest variance, at as many packing fractions as there are terms. If
+/// they disagree ([`warnings`](Self::warnings)), only the collisions are used, because they need
+/// only local equilibrium.
 #[derive(Debug, Clone, PartialEq)]
 pub struct MeasuredEquationOfState {
     jackknife: Jackknife,
     terms: usize,
     heights: [f64; 2],
     highest: f64,
-    /// Packing fractions at which the routes are combined, and the part of the ranks in it.
+    /// Packing fractions at which the routes are combined, and the weight of the ranks.
     shares: Vec<(f64, f64)>,
     too_steep: Option<Warning>,
     disagreement: Option<Warning>,
@@ -89,7 +88,7 @@ impl MeasuredEquationOfState {
         measured
     }
 
-    /// Whether Z is anywhere farther away than four errors of the difference.
+    /// Whether Z differs at some density by more than four standard errors of the difference.
     fn differs_from(&self, poorer: &Self) -> bool {
         const LARGEST: f64 = 4.0;
         let etas: Vec<f64> = (1..=16).map(|step| self.highest * f64::from(step) / 16.0).collect();
@@ -101,7 +100,7 @@ impl MeasuredEquationOfState {
         changes.iter().any(|change| change.deviation_from(0.0).abs() > LARGEST)
     }
 
-    /// Weighs the routes by their errors at Chebyshev's nodes.
+    /// Computes the weights of the routes at Chebyshev nodes.
     fn combine(&mut self) {
         let count = self.terms;
         let angle = |node: usize| PI * (node as f64 + 0.5) / count as f64;
@@ -150,7 +149,7 @@ impl MeasuredEquationOfState {
         }
     }
 
-    /// Of one route, or of both together.
+    /// The series of one route, or of both combined.
     fn series(&self, values: &[f64], route: Option<Route>) -> Series {
         if let Some(route) = route {
             return fitted(values, route, self.terms);
@@ -158,7 +157,7 @@ impl MeasuredEquationOfState {
         let routes = [Route::Ranks, Route::Collisions].map(|route| fitted(values, route, self.terms));
         let mut equations = LeastSquares::new(self.terms);
         for &(eta, share) in &self.shares {
-            // A route without a share may be unknown.
+            // A route with weight 0 may be NaN.
             let weighed = routes.iter().zip([share, 1.0 - share]).filter(|&(_, share)| share > 0.0);
             let excess: f64 =
                 weighed.map(|(series, share)| share * (series.compressibility_factor(eta) - 1.0)).sum();
@@ -167,19 +166,19 @@ impl MeasuredEquationOfState {
         equations.solve().map_or(Series::new(&[f64::NAN]), |solution| Series::new(&solution))
     }
 
-    /// Both routes together.
+    /// Z from both routes combined.
     #[must_use]
     pub fn combined(&self) -> EquationOfStateCurve<'_> {
         self.curve(None)
     }
 
-    /// Ranks alone; NaN where they do not determine it, as in a weightless box.
+    /// Z from ranks alone; NaN if they do not determine it, as in a box without a field.
     #[must_use]
     pub fn ranks(&self) -> EquationOfStateCurve<'_> {
         self.curve(Some(Route::Ranks))
     }
 
-    /// Collisions alone; NaN without event chains.
+    /// Z from collisions alone; NaN without event chains.
     #[must_use]
     pub fn collisions(&self) -> EquationOfStateCurve<'_> {
         self.curve(Some(Route::Collisions))
@@ -189,13 +188,13 @@ impl MeasuredEquationOfState {
         EquationOfStateCurve { measured: self, route, series: self.series(self.jackknife.values(), route) }
     }
 
-    /// The range of heights that was used, without the layers at the walls, in diameters.
+    /// The range of heights that is used, in diameters, without the layers at the walls.
     #[must_use]
     pub fn heights(&self) -> [f64; 2] {
         self.heights
     }
 
-    /// The largest packing fraction in that range: curves can be asked from 0 to it.
+    /// The largest packing fraction in this range. Curves can be evaluated from 0 to this value.
     #[must_use]
     pub fn highest_packing_fraction(&self) -> f64 {
         self.highest
@@ -207,20 +206,19 @@ impl MeasuredEquationOfState {
         self.terms
     }
 
-    /// [`Warning::RoutesDisagree`] if the two routes are farther apart than chance allows: beyond
-    /// the quantile of χ² that a normal number has at four standard deviations.
-    /// [`Warning::SteepGradient`] if more than a tenth of the spheres are where the density
-    /// changes by more than e within some three diameters: there the packing fraction at which
-    /// collisions are compared is smoothed too much.
+    /// [`Warning::RoutesDisagree`] if the two routes differ significantly, by a χ² test at the
+    /// level of four standard deviations. [`Warning::SteepGradient`] if more than a tenth of the
+    /// spheres are at heights where the density changes by more than e within about three
+    /// diameters, because the packing fractions of the collisions are smoothed too much there.
     #[must_use]
     pub fn warnings(&self) -> Vec<Warning> {
         self.too_steep.iter().chain(&self.disagreement).cloned().collect()
     }
 }
 
-/// A curve of a [`MeasuredEquationOfState`]: an [`EquationOfState`], with errors.
+/// A curve Z(η) of a [`MeasuredEquationOfState`], with errors. It is an [`EquationOfState`].
 ///
-/// Packing fractions lie between 0 and [the highest
+/// Packing fractions must be between 0 and [the highest
 /// measured](MeasuredEquationOfState::highest_packing_fraction).
 #[derive(Debug, Clone, Copy)]
 pub struct EquationOfStateCurve<'a> {
@@ -239,7 +237,8 @@ impl EquationOfStateCurve<'_> {
         match packing_fractions.iter().find(|eta| !(0.0..=self.measured.highest).contains(*eta)) {
             None => Ok(()),
             Some(&value) => {
-                let requirement = "it must lie between 0 and the largest packing fraction measured";
+                let requirement =
+                    "it must lie between 0 and the largest one measured (highest_packing_fraction)";
                 Err(Error::InvalidParameter { name: "packing fraction", value, requirement })
             }
         }
@@ -255,18 +254,18 @@ impl EquationOfStateCurve<'_> {
         Ok(jackknife.estimates(|values| self.each(values, packing_fractions, &function)))
     }
 
-    /// Z = P/(nT) at packing fractions.
+    /// Compressibility factor Z = P/(nT) at packing fractions, with standard errors.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a packing fraction that was not measured.
+    /// [`Error::InvalidParameter`] for a packing fraction outside the measured range.
     pub fn compressibility_factor_at(&self, packing_fractions: &[f64]) -> Result<Vec<Estimate>, Error> {
         self.estimates(packing_fractions, Series::compressibility_factor)
     }
 
-    /// Covariances of Z at packing fractions, row by row.
+    /// Covariance matrix of Z at packing fractions, by rows.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a packing fraction that was not measured.
+    /// [`Error::InvalidParameter`] for a packing fraction outside the measured range.
     pub fn covariance_at(&self, packing_fractions: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
         self.require_measured(packing_fractions)?;
         let covariance = self
@@ -279,7 +278,7 @@ impl EquationOfStateCurve<'_> {
     /// P/T = nZ at packing fractions, in inverse cubic diameters.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a packing fraction that was not measured.
+    /// [`Error::InvalidParameter`] for a packing fraction outside the measured range.
     pub fn reduced_pressure_at(&self, packing_fractions: &[f64]) -> Result<Vec<Estimate>, Error> {
         self.estimates(packing_fractions, |series, eta| {
             number_density(eta) * series.compressibility_factor(eta)
@@ -290,7 +289,7 @@ impl EquationOfStateCurve<'_> {
     /// packing fractions.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a packing fraction that was not measured.
+    /// [`Error::InvalidParameter`] for a packing fraction outside the measured range.
     pub fn reduced_compressibility_at(&self, packing_fractions: &[f64]) -> Result<Vec<Estimate>, Error> {
         self.estimates(packing_fractions, |series, eta| {
             1.0 / (series.compressibility_factor(eta) + series.compressibility_derivative(eta))
@@ -301,13 +300,13 @@ impl EquationOfStateCurve<'_> {
     /// fractions.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a packing fraction that was not measured.
+    /// [`Error::InvalidParameter`] for a packing fraction outside the measured range.
     pub fn excess_chemical_potential_at(&self, packing_fractions: &[f64]) -> Result<Vec<Estimate>, Error> {
         self.estimates(packing_fractions, Series::excess_chemical_potential)
     }
 
     /// B₂, B₃ and B₄ of Z = 1 + B₂η + B₃η² + …; those of hard spheres are 4, 10 and 18.36. The
-    /// errors are those of noise: with three terms the form of the fit itself is off by 0.2 %
+    /// errors are statistical. With three terms the form of the fit has additional errors of 0.2 %
     /// in B₂, 1 % in B₃ and 1.5 % in B₄.
     #[must_use]
     pub fn virial_coefficients(&self) -> Vec<Estimate> {
@@ -316,7 +315,7 @@ impl EquationOfStateCurve<'_> {
     }
 }
 
-/// Without errors, and beyond what was measured by the form of the fit.
+/// Values without errors; outside the measured range the fit is extrapolated.
 impl EquationOfState for EquationOfStateCurve<'_> {
     fn compressibility_factor(&self, packing_fraction: f64) -> f64 {
         self.series.compressibility_factor(packing_fraction)

@@ -1,4 +1,4 @@
-//! The equation of state from one run, without counting in bins: from ranks and from collisions.
+//! The equation of state from one run, from ranks and from collisions.
 
 mod collisions;
 mod least_squares;
@@ -33,31 +33,32 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Recorder, Scene, Slab,
 use measured::Route;
 use ranks::Ranks;
 
-/// Z as a smooth function of packing fraction, from all heights of a run together, by two
-/// independent routes.
+/// Measures Z(η) as a smooth function of packing fraction, from all heights of a run together, by
+/// two independent routes.
 ///
-/// **Ranks.** The pressure in the gap below the k-th highest sphere is the weight of the k spheres
-/// above it, nearly without noise; measured are the mean heights x₍ₖ₎. From dP = −n dU and P = n T
+/// **Ranks.** The pressure just below the k-th highest sphere is the weight of the k highest
+/// spheres, nearly without noise. The mean heights x₍ₖ₎ are measured. From dP = −n dU and P = n T
 /// Z, with p = P/T and the base area A,
 ///
 /// x₍ₖ₎ − x₍ₖ₊₁₎ = Z(pₖ)/(A pₖ),
 ///
-/// for any reduced potential; in a field that varies with height or in a temperature gradient pₖ is
-/// the mean of Σ u′/A over the spheres above. An ideal gas obeys it exactly for any number of
-/// spheres (order statistics; Rényi, 1953). It needs a column at rest, and suits any moves.
+/// for any reduced potential. If field or temperature vary with height, pₖ is the mean of Σ u′/A
+/// over the spheres above. The relation is exact for an ideal gas of any number of spheres (order
+/// statistics; Rényi, 1953). This route needs a stationary column and works with all moves.
 ///
-/// **Collisions.** Along event chains, Z = 1 + (sum of the separations of colliding
-/// spheres)/(path), height by height, over the path run at that height (Michel, Kapfer and Krauth,
-/// doi:10.1063/1.4863991). Z is compared at the packing fraction of the same heights in the same
-/// sweeps, 64 at a time, smoothed over some eight diameters: a fluid in local equilibrium is
-/// enough, the column may still be on its way.
+/// **Collisions.** In event chains, Z = 1 + (sum of the separations of colliding spheres)/(path) at
+/// every height, with the path of chains at this height (Michel, Kapfer and Krauth,
+/// doi:10.1063/1.4863991). The packing fraction is that of the same heights in the same 64 sweeps,
+/// smoothed over about eight diameters. This route needs only local equilibrium: the column need
+/// not be stationary.
 ///
-/// Each route fits the coefficients of Z = 1 + Σ cₖ ηᵏ/(1 − η)³, the form of Carnahan and
-/// Starling's equation, of which no coefficient is assumed. [`result`](Self::result) combines the
-/// two and says whether they agree.
+/// Each route fits all coefficients of Z = 1 + Σ cₖ ηᵏ/(1 − η)³, a form that includes Carnahan and
+/// Starling's equation. [`result`](Self::result) combines the two routes and tests whether they
+/// agree.
 ///
-/// The layers at a wall are left out: up to where the density in bins of half a diameter oscillates
-/// by less than 2 % (root mean square over two diameters), and two diameters more, four at least.
+/// The layers at a wall are not used: up to the height where the density in bins of half a diameter
+/// oscillates by less than 2 % (root mean square over two diameters), and two diameters more, but
+/// at least four diameters.
 ///
 /// ```
 /// use gradient_mc::observers::EquationOfStateFit;
@@ -86,7 +87,7 @@ pub struct EquationOfStateFit {
     ranks: Ranks,
     collisions: Collisions,
     frames: u64,
-    /// Sweeps that ended with an error, up to the last frame.
+    /// Number of incomplete sweeps up to the last frame.
     incomplete: u64,
     sample: Vec<f64>,
     averages: BlockAverages,
@@ -95,19 +96,19 @@ pub struct EquationOfStateFit {
 impl EquationOfStateFit {
     /// Height of the bins, in diameters.
     const BIN_WIDTH: f64 = 0.5;
-    /// Bins on either side over which densities are smoothed.
+    /// Number of bins on either side over which densities are smoothed.
     const SMOOTHING: usize = 16;
-    /// Frames in which a packing fraction is counted.
+    /// Number of frames over which a packing fraction is counted.
     const INTERVAL: u64 = 64;
-    /// Spheres are counted so often, in frames.
+    /// Number of frames between counts of spheres.
     const BETWEEN_COUNTS: u64 = 2;
-    /// Ranks are looked at so often, in frames: successive configurations are alike, and sorting
-    /// takes time.
+    /// Number of frames between samples of ranks; successive configurations are strongly
+    /// correlated, and sorting takes time.
     const BETWEEN_RANKS: u64 = 16;
-    /// Diameters nearest to a wall, which are always layered.
+    /// Distance from a wall, in diameters, that is always layered.
     const LAYERS: f64 = 2.0;
 
-    /// For runs of a scene.
+    /// Makes an observer for runs of `scene`.
     ///
     /// # Errors
     /// [`Error::InvalidBins`] for a slab higher than 32 768 diameters.
@@ -132,16 +133,16 @@ impl EquationOfStateFit {
         })
     }
 
-    /// Intervals of 64 frames that are complete.
+    /// Number of complete intervals of 64 frames.
     #[must_use]
     pub fn intervals(&self) -> u64 {
         self.averages.observations()
     }
 
-    /// What was measured so far.
+    /// The equation of state measured so far.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] below 16 intervals, 1024 frames.
+    /// [`Error::TooFewObservations`] for fewer than 16 intervals, 1024 frames.
     pub fn result(&self) -> Result<MeasuredEquationOfState, Error> {
         let heights = self.heights_used()?;
         let range = bins_in(&self.bins, heights);
@@ -168,11 +169,11 @@ impl EquationOfStateFit {
         Ok(MeasuredEquationOfState::new(&jackknife, heights, highest, too_steep))
     }
 
-    /// Z by collisions alone and without errors, for runs too short for [`result`](Self::result):
-    /// with three coefficients, and without the eight diameters at either wall.
+    /// Z from collisions alone and without errors, for runs too short for [`result`](Self::result).
+    /// It fits three coefficients and does not use the eight diameters at each wall.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] before the first 64 frames, and if no event chains were seen.
+    /// [`Error::TooFewObservations`] before the first 64 frames, or without event chains.
     pub fn collisions_without_errors(&self) -> Result<impl EquationOfState + use<>, Error> {
         const LAYERS: f64 = 8.0;
         let mean = self.averages.mean();
@@ -186,7 +187,7 @@ impl EquationOfStateFit {
         })
     }
 
-    /// Mean numbers of spheres in bins, smoothed.
+    /// Smoothed mean numbers of spheres in bins.
     fn smooth_counts(&self) -> Vec<f64> {
         let mean = self.averages.mean();
         let counts = collisions::Means::of(&mean[self.ranks.components()..]).counts;
@@ -195,12 +196,12 @@ impl EquationOfStateFit {
         smooth
     }
 
-    /// Whether more than a tenth of the spheres are where a density that falls by e within some
-    /// three diameters is smoothed away.
+    /// A warning if more than a tenth of the spheres are at heights where the density changes by e
+    /// within about three diameters, too steep for the smoothing.
     fn too_steep(&self, smooth: &[f64], range: std::ops::Range<usize>) -> Option<Warning> {
         const STEEPEST: f64 = 0.3;
         const LEAST_SHARE: f64 = 0.1;
-        /// Bins to either side.
+        /// Number of bins on either side.
         const REACH: usize = 2;
         let width = self.slab.height() / smooth.len() as f64;
         let (mut all, mut steep, mut steepest) = (0.0, 0.0, (0, 0.0_f64));
@@ -223,18 +224,18 @@ impl EquationOfStateFit {
         (share > LEAST_SHARE).then_some(Warning::SteepGradient { height, slope, share })
     }
 
-    /// The range of heights without the layers at the walls.
+    /// The range of heights that is used, without the layers at the walls.
     fn heights_used(&self) -> Result<[f64; 2], Error> {
-        /// Diameters left out beyond the last layer that can be seen, and at least.
+        /// Diameters not used beyond the last visible layer; below, the smallest total distance.
         const MARGIN: f64 = 2.0;
         const LEAST: f64 = 4.0;
-        /// Relative amplitude of layers that can be seen.
+        /// Relative amplitude of visible layers.
         const VISIBLE: f64 = 0.02;
-        /// Bins in two diameters.
+        /// Number of bins in two diameters.
         const WINDOW: usize = 4;
         let count = self.bins.count();
         let split = self.ranks.components();
-        // Numbers in bins with their errors.
+        // Numbers of spheres in bins, with errors.
         let counts = self.averages.jackknife(|means| means[split..split + count].to_vec())?;
         let mut smooth = vec![0.0; count];
         self.collisions.smooth(&counts.iter().map(|count| count.mean).collect::<Vec<_>>(), &mut smooth);
@@ -245,7 +246,7 @@ impl EquationOfStateFit {
                 let (deviation, noise) = ((count.mean - smooth) / smooth, count.standard_error / smooth);
                 (deviation * deviation - noise * noise) / WINDOW as f64
             };
-            // Not where there are no spheres.
+            // False without spheres.
             (start..start + WINDOW).map(square).sum::<f64>() > VISIBLE * VISIBLE
         };
         let height = self.slab.height();
@@ -268,7 +269,7 @@ impl EquationOfStateFit {
     }
 }
 
-/// The bins whose middles lie between two heights.
+/// The bins whose middles are between two heights.
 fn bins_in(bins: &HeightBins, [low, high]: [f64; 2]) -> std::ops::Range<usize> {
     let first = bins.centers().take_while(|&center| center < low).count();
     let end = bins.centers().take_while(|&center| center < high).count();
@@ -284,7 +285,7 @@ impl Observer for EquationOfStateFit {
         self.run.admit(frame)?;
         let incomplete = frame.move_counts().incomplete_sweeps;
         if std::mem::replace(&mut self.incomplete, incomplete) != incomplete {
-            // The path of a sweep that failed is not all that it was to be: the interval begins anew.
+            // A failed sweep has an incomplete path, so the interval is started again.
             self.ranks.forget();
             self.collisions.forget();
             self.frames = 0;
@@ -311,7 +312,7 @@ impl Observer for EquationOfStateFit {
     }
 }
 
-/// Intervals that are not complete are left out.
+/// Incomplete intervals are not merged.
 impl Merge for EquationOfStateFit {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;

@@ -1,24 +1,25 @@
-//! Z from the mean heights of the k-th highest spheres, where the pressure is known.
+//! Z from the mean heights of the k-th highest spheres, at which the pressure is known.
 
 use super::least_squares::LeastSquares;
 use crate::equation_of_state::{EquationOfState, MOST_TERMS, Series, number_density};
 use crate::{Frame, Wall};
 
-/// Sums of an interval of sweeps at some ranks. Ranks count from the open end of the column.
+/// Sums over an interval of sweeps at some ranks, which are counted from the open end of the
+/// column.
 #[derive(Debug, Clone)]
 pub(super) struct Ranks {
     nodes: Vec<usize>,
     looks: f64,
-    /// Distance from the wall at the open end.
+    /// Distances from the wall at the open end.
     distances: Vec<f64>,
-    /// Weight of the spheres up to and including that of the rank, over T, per area.
+    /// Weight over T per area of all spheres up to the rank, included.
     weights: Vec<f64>,
-    /// Spheres within one diameter of contact with the wall at the open end.
+    /// Number of spheres within one diameter of contact with the wall at the open end.
     at_wall: f64,
     heights: Vec<f64>,
 }
 
-/// Means over intervals, as they stand in a sample.
+/// Means over intervals, in the order of a sample.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Means<'a> {
     distances: &'a [f64],
@@ -27,7 +28,7 @@ pub(super) struct Means<'a> {
 }
 
 impl Ranks {
-    /// Successive ranks differ by this part at most, or by one.
+    /// Largest relative difference of successive ranks, if it is more than one rank.
     const RATIO: f64 = 0.03;
 
     pub(super) fn new(spheres: usize) -> Self {
@@ -55,7 +56,7 @@ impl Ranks {
         &self.nodes
     }
 
-    /// Numbers in a sample.
+    /// Number of components of a sample.
     pub(super) fn components(&self) -> usize {
         2 * self.nodes.len() + 1
     }
@@ -82,7 +83,7 @@ impl Ranks {
         self.looks += 1.0;
     }
 
-    /// Ends an interval: writes its sample and begins the next.
+    /// Ends an interval: writes its sample and starts the next interval.
     pub(super) fn take(&mut self, sample: &mut [f64]) {
         let nodes = self.nodes.len();
         for (place, sum) in sample.iter_mut().zip(self.distances.iter().chain(&self.weights)) {
@@ -92,7 +93,7 @@ impl Ranks {
         self.forget();
     }
 
-    /// Begins an interval.
+    /// Clears all sums and starts an interval.
     pub(super) fn forget(&mut self) {
         self.distances.fill(0.0);
         self.weights.fill(0.0);
@@ -100,11 +101,11 @@ impl Ranks {
     }
 }
 
-/// What of the ranks is used.
+/// The part of the ranks that is used.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Used<'a> {
     pub(super) nodes: &'a [usize],
-    /// Of the base.
+    /// Area of the base.
     pub(super) area: f64,
     /// Smallest and largest distance from the wall at the open end.
     pub(super) distances: [f64; 2],
@@ -116,9 +117,9 @@ impl<'a> Means<'a> {
         Self { distances: &sample[..nodes], weights: &sample[nodes..2 * nodes], at_wall: sample[2 * nodes] }
     }
 
-    /// The coefficients of the [`Series`] with so many terms that meets the gaps between ranks
-    /// best, by Newton and Gauss. The pressure at the open end is a further unknown if spheres
-    /// touch that wall.
+    /// The coefficients of the [`Series`] with this number of terms that fits the gaps between
+    /// ranks best, by the Gauss-Newton method. The pressure at the open end is another unknown if
+    /// spheres touch this wall.
     pub(super) fn fit(&self, used: &Used<'_>, terms: usize) -> Option<Vec<f64>> {
         const MOST_STEPS: usize = 60;
         const GOOD: f64 = 1e-9;
@@ -141,7 +142,7 @@ impl<'a> Means<'a> {
                     return Some(unknowns);
                 }
             } else {
-                // Beyond where the equation has a state at every pressure.
+                // The equation has no state at some pressure; the step is shortened.
                 for change in &mut step {
                     *change *= 0.5;
                 }
@@ -150,8 +151,8 @@ impl<'a> Means<'a> {
         None
     }
 
-    /// The change of the unknowns by which the gaps are met best, as if they were linear in them;
-    /// nothing where there is no state at a pressure that occurs.
+    /// The change of the unknowns by the linearized least-squares problem; `None` if there is no
+    /// state at a needed pressure.
     fn step(&self, used: &Used<'_>, terms: usize, unknowns: &[f64]) -> Option<Vec<f64>> {
         let series = Series::new(&unknowns[..terms]);
         let end_pressure = unknowns.get(terms).copied();
@@ -172,7 +173,7 @@ impl<'a> Means<'a> {
                 let eta = series.packing_fraction_at(pressure, guess)?;
                 guess = Some(eta);
                 let factor = series.compressibility_factor(eta);
-                // Of ln p with ln η.
+                // d ln p/d ln η.
                 let stiffness = 1.0 + series.compressibility_derivative(eta) / factor;
                 let each = gaps / (pressure * used.area);
                 expected += each * factor;
@@ -182,7 +183,7 @@ impl<'a> Means<'a> {
                 if end_pressure.is_some() {
                     row[terms] -= each * factor / (pressure * stiffness);
                 }
-                // Of a slab of fluid at constant pressure.
+                // Number of spheres per height of a fluid at this pressure.
                 let spheres = number_density(eta) * used.area;
                 variance += gaps / (spheres * spheres * factor * stiffness);
             }
@@ -192,8 +193,8 @@ impl<'a> Means<'a> {
     }
 }
 
-/// Ranks of gaps between two nodes and how many gaps each stands for: every gap, or the nodes of
-/// Gauss and Legendre's rule where there are many.
+/// Ranks of gaps between two nodes, and the number of gaps that each represents: every gap, or the
+/// nodes of the Gauss-Legendre rule if there are many.
 fn gaps([first, end]: [usize; 2]) -> [Option<(f64, f64)>; 8] {
     const NODE: f64 = 0.774_596_669_241_483_4;
     let count = end - first;

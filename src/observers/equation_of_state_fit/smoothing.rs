@@ -2,18 +2,19 @@
 
 use nalgebra::DMatrix;
 
-/// A local polynomial: at every bin the value of the polynomial that fits its neighbors best.
+/// Smoothing by local polynomials: the value at a bin is that of the polynomial that fits its
+/// neighbors best.
 ///
-/// Of the fourth degree where there are as many neighbors on both sides, so that the bias is of the
-/// sixth order in the width, and of the second near the ends.
+/// The degree is four with equal numbers of neighbors on both sides, with a bias of sixth order in
+/// the width, and two near the ends.
 #[derive(Debug, Clone)]
 pub(super) struct Smoothing {
-    /// First neighbor, and the weights from it on; none where there is nothing to smooth.
+    /// First neighbor, and the weights from it on; empty for unused bins.
     rows: Vec<(usize, Vec<f64>)>,
 }
 
 impl Smoothing {
-    /// For `bins` bins of which those in `used` count, over `reach` bins on either side.
+    /// Makes a smoothing of the bins in `used` of `bins` bins, over `reach` bins on either side.
     pub(super) fn new(bins: usize, used: std::ops::Range<usize>, reach: usize) -> Self {
         let row = |bin: usize| {
             if !used.contains(&bin) {
@@ -28,7 +29,7 @@ impl Smoothing {
         Self { rows: (0..bins).map(row).collect() }
     }
 
-    /// The smooth values; zero in bins that do not count.
+    /// The smooth values; zero in unused bins.
     pub(super) fn apply(&self, values: &[f64], smooth: &mut [f64]) {
         for (smooth, (first, weights)) in smooth.iter_mut().zip(&self.rows) {
             *smooth = values[*first..].iter().zip(weights).map(|(value, weight)| value * weight).sum();
@@ -36,8 +37,8 @@ impl Smoothing {
     }
 }
 
-/// Weights of the values in bins `first` to `last` in that of the polynomial at `bin`; neighbors
-/// count the less, the farther away they are.
+/// Weights of the values in bins `first` to `last` in the value of the polynomial at `bin`. In the
+/// fit, the weight of a neighbor decreases with its distance.
 fn weights(first: usize, last: usize, bin: usize, reach: usize, degree: usize) -> Vec<f64> {
     let distance = |other: usize| (other as f64 - bin as f64) / (reach as f64 + 1.0);
     let importance = |other: usize| 1.0 - distance(other) * distance(other);

@@ -1,4 +1,4 @@
-//! What must hold of a sweep, without MPI: ranks are threads here.
+//! Tests of parameter sweeps without MPI; ranks are threads here.
 
 #![allow(clippy::unwrap_used, clippy::panic)]
 

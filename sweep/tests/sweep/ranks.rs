@@ -1,4 +1,4 @@
-//! Any number of ranks, stopped or failing, and what one process measures.
+//! Sweeps with any number of ranks, also stopped or failing ones, give the results of one process.
 
 use crate::threads_as_ranks::{channels, job, sweep};
 use gradient_mc::{Replicas, Simulation};

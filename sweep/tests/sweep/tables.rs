@@ -1,4 +1,4 @@
-//! Tables that are good, and those that are refused: where, and why.
+//! Valid tables, and the position and reason of errors in invalid ones.
 
 use gradient_mc::Replicas;
 use gradient_mc_sweep::{BadTable, FieldChoice, Table, TemperatureChoice};
@@ -57,8 +57,8 @@ fn bad_tables_are_refused_with_line_and_column() {
         ("[0.1, 0.2]", "[0.1, -0.2]", [1, 27], "packing fraction"),
         ("base = [5.0, 5]", "base = [5.0, 2.0]", [6, 8], "2"),
         ("base = [5.0, 5]", "base = [5.0]", [6, 8], "invalid length 1"),
-        ("target_error = 0.1", "target_error = 0", [26, 16], "not positive"),
-        ("replicas = 2\nequilibration = 0", "replicas = 0\nequilibration = 0", [11, 12], "take 1 to"),
+        ("target_error = 0.1", "target_error = 0", [26, 16], "must be positive"),
+        ("replicas = 2\nequilibration = 0", "replicas = 0\nequilibration = 0", [11, 12], "use 1 to"),
         ("equilibration = 0", "equilibration = -1", [12, 17], "-1"),
         ("spheres = 250\nfield.uniform", "spheres = 2500\nfield.uniform", [7, 11], "2500 spheres"),
         // Of another type.
@@ -67,8 +67,8 @@ fn bad_tables_are_refused_with_line_and_column() {
         ("uniform = 1", "uniform = true", [8, 17], "a number or a list of numbers"),
         // Twice.
         ("seed = 2", "seed = 1", [22, 8], "the seed 1 is that of scene \"first\""),
-        ("\"second\"", "\"first\"", [16, 8], "the name \"first\" is taken"),
-        ("\"second\"", "\"../second\"", [16, 8], "becomes that of files"),
+        ("\"second\"", "\"first\"", [16, 8], "the name \"first\" is used twice"),
+        ("\"second\"", "\"../second\"", [16, 8], "is used in file names"),
         ("seed = 2", "seed = 2\nseed = 3", [23, 1], "duplicate key"),
         // Missing.
         ("sweeps = 100\ntarget", "target", [15, 1], "missing field `sweeps`"),

@@ -1,4 +1,5 @@
-//! An adaptation of one's own, which a checkpoint keeps: a run that is interrupted is the run that is not.
+//! A user-defined adaptation in a checkpoint: an interrupted run has the same bits as an
+//! uninterrupted one.
 
 use super::{Gravity, Heights, HotPlate};
 use gradient_mc::checkpoint::{Archive, Persist, Snapshot};

@@ -1,7 +1,7 @@
-//! A field, a temperature profile, an equation of state, an observer and an adaptation of one's own.
+//! User-defined field, temperature profile, equation of state, observer and adaptation.
 //!
-//! Each is used in a small scene whose answer is known; `cargo run` prints what it found and fails if
-//! anything is off.
+//! Each is used in a small scene with a known result; `cargo run` prints the results and fails if
+//! one is wrong.
 
 mod interrupted;
 

@@ -1,13 +1,14 @@
-//! Whether error bars are what they say: (value − truth)/error over many replicas, for short and
+//! Tests whether error bars are correct: (value − truth)/error over many replicas, for short and
 //! long runs.
 //!
-//! Every replica of a column of 10 spheres per d² starts in equilibrium, from a run of its own, and
-//! is asked for its results and warnings after 200, 1000, 5000 and (`--full`) 20 000 sweeps of
-//! production. The truth is the mean of all replicas of a scene at the longest production, over all
-//! families of moves (the scatter of the replicas is its error). For each production the root mean
-//! square of the deviations in claimed errors is printed, over the replicas that raise no warning
-//! about sampling (in brackets: over all). Over all quantities it should lie within 0.8 to 1.25,
-//! and where every one does for all replicas, at most one replica in ten should be warned of.
+//! Every replica of a column of 10 spheres per d² starts in equilibrium, from an independent run.
+//! Its results and warnings are recorded after 200, 1000, 5000 and (`--full`) 20 000 sweeps of
+//! production. The reference ("truth") is the mean of all replicas of a scene at the longest
+//! production, over all families of moves, with the error from their scatter. For each length the
+//! root mean square of (value − truth)/error is printed, over the replicas without a warning about
+//! sampling (in brackets: over all). The mean over all quantities should be within 0.8 to 1.25. If
+//! all quantities are in this range for all replicas, at most one replica in ten should have a
+//! warning.
 
 #[macro_use]
 extern crate paper;
@@ -24,14 +25,14 @@ use paper::table::Table;
 use paper::{Ending, Failure, Report, Session, Watch};
 use std::process::ExitCode;
 
-/// Measures how far results are from the truth in units of their error bars.
+/// Measures the deviations of results from the truth in units of their error bars.
 #[derive(clap::Args, Debug)]
 struct Arguments {
-    /// Up to 20 000 sweeps of production: four times as long
+    /// Up to 20000 sweeps of production (four times as long)
     #[arg(long)]
     full: bool,
 
-    /// Replicas of every scene and family of moves
+    /// Number of replicas of every scene and family of moves
     #[arg(long, default_value_t = 40)]
     replicas: u64,
 
@@ -49,7 +50,7 @@ const PRODUCTIONS: [u64; 4] = [200, 1000, 5000, 20_000];
 const INTERVAL: u64 = 2;
 const BIN: f64 = 0.25;
 const QUANTITIES: [&str; 9] = ["h_c", "n(0.6)", "n(1.6)", "n(8)", "P(0.6)", "P(8)", "P(15)", "Z(8)", "Z(15)"];
-/// What a calibrated root mean square lies in.
+/// Range of the root mean square of correct error bars.
 const CALIBRATED: [f64; 2] = [0.8, 1.25];
 
 /// Of one replica after one production.
@@ -82,7 +83,7 @@ fn moves(name: &str) -> Result<Moves, Failure> {
     })
 }
 
-/// Whether a warning is about how well a run has sampled, and not about its scene or single bins.
+/// Whether a warning is about the sampling of a run, and not about its scene or single bins.
 fn is_about_sampling(kind: WarningKind) -> bool {
     matches!(
         kind,
@@ -216,10 +217,10 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
                 table.row(&label, std::iter::once(format!("{warned}/{replicas}")).chain(cells));
                 let silent_runs = results.len() - warned;
                 let name = format!("{}, {label}", SCENES[scene]);
-                // The root mean square of few runs tells nothing.
+                // The root mean square of few runs is too uncertain.
                 if silent_runs >= 10 {
                     let [lowest, highest] = CALIBRATED;
-                    let claim = format!("deviations in errors: {name}");
+                    let claim = format!("rms of (value − truth)/error: {name}");
                     let square = silent.iter().map(|pull| pull * pull).sum::<f64>() / silent.len() as f64;
                     // The quantities are correlated: as if there were half as many.
                     let error = (square / (silent.len() * silent_runs) as f64).sqrt();
@@ -229,7 +230,12 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
                 let honest = all.iter().all(|pull| (CALIBRATED[0]..=CALIBRATED[1]).contains(pull));
                 if honest {
                     let share = Estimate::exact(warned as f64 / results.len() as f64);
-                    report.verdicts.at_most("error bars", &format!("warned of: {name}"), share, 0.1);
+                    report.verdicts.at_most(
+                        "error bars",
+                        &format!("share of replicas with a warning: {name}"),
+                        share,
+                        0.1,
+                    );
                 }
                 records.push(
                     [scene as f64, family as f64, production as f64, warned as f64]
@@ -244,11 +250,6 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     }
     let columns = |suffix: &str| QUANTITIES.map(|quantity| format!(", {quantity}{suffix}")).concat();
     let head = format!("scene, moves, sweeps, warned{}{}", columns(""), columns(" of all"));
-    report.table(
-        "error_bars",
-        "rms of deviations in claimed errors, of runs without a warning",
-        &head,
-        records,
-    )?;
+    report.table("error_bars", "rms of (value - truth)/error, of runs without a warning", &head, records)?;
     report.finish()
 }

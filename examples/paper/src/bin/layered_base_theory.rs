@@ -2,10 +2,10 @@
 //! below a lid at 400.
 //!
 //! One file per functional, with the mean number density in bins of 0.1 d from 0.5 to 8 d. On the
-//! terminal, what else each says: the contact density, which is the weight of the column over T₀
-//! exactly; the height of the center of mass; and the adsorption, the spheres per area beyond those
-//! of the functional's own uniform fluid of the same chemical potential, which begins at the wall.
-//! At T₀ = 5 also how far each is from a simulation of the layers, an independent program's.
+//! terminal: the contact density, which is exactly the weight of the column over T₀; the height of
+//! the center of mass; and the adsorption, the spheres per area in excess of the uniform fluid of
+//! the same functional and chemical potential that begins at the wall. At T₀ = 5 also the deviation
+//! of each functional from a simulation of the layers by an independent program.
 
 #[macro_use]
 extern crate paper;
@@ -25,7 +25,7 @@ use std::process::ExitCode;
 /// Solves the layers at the base of an isothermal column by density functionals.
 #[derive(clap::Args, Debug)]
 struct Arguments {
-    /// Temperature, in m g d
+    /// Temperature T₀ in m g d
     #[arg(long, default_value_t = 15.0)]
     temperature: f64,
 }
@@ -76,15 +76,16 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
             simulated.row(functional.name, deviations(&profile)?);
         }
         let contact = profile.contact_density() * arguments.temperature / profile.base_pressure() - 1.0;
-        let claim = format!("{}: contact density times T over the weight, less 1", functional.name);
+        let claim =
+            format!("{}: contact density times T over the weight of the column, minus 1", functional.name);
         report.verdicts.between("base", &claim, Estimate::exact(contact), -1e-5, 1e-5);
         let spheres = profile.column_density() / COLUMN_DENSITY - 1.0;
-        let claim = format!("{}: spheres per area over those asked for, less 1", functional.name);
+        let claim = format!("{}: spheres per area over those requested, minus 1", functional.name);
         report.verdicts.between("base", &claim, Estimate::exact(spheres), -1e-9, 1e-9);
     }
     println!("\n{table}{BASE_BINS} bins per functional");
     if (arguments.temperature - SIMULATED).abs() < 1e-9 {
-        println!("\nfunctional over an independent simulation, less 1, in the lowest bins:\n\n{simulated}");
+        println!("\nfunctional over an independent simulation, minus 1, in the lowest bins:\n\n{simulated}");
     }
     report.finish()
 }

@@ -1,14 +1,14 @@
-//! How accurate a run in a temperature gradient is: T = 20 exp(−βx) for the paper's five β, with
-//! the default scheme.
+//! Accuracy of runs in a temperature gradient: T = 20 exp(−βx) for the five values of β of the
+//! paper, with the default scheme.
 //!
 //! For each β the measured P (the weight of the column) is compared with n T Z, Z after Kolafa,
-//! Labík and Malijevský as modified in 2019, wherever a local equation of state can be expected to
-//! hold: above the layers at the base (x > 8) and where |d ln n/dx| < 0.1. That range is divided
-//! into groups of heights that hold equally many spheres, so that the dilute top is known as well
-//! as the rest. No equation of state enters the measurement: the certificate of every run
-//! says whether its effective field belongs to the density that it made.
+//! Labík and Malijevský as modified in 2019, where a local equation of state should hold: above the
+//! layers at the base (x > 8) and where |d ln n/dx| < 0.1. This range is divided into groups of
+//! heights with equal numbers of spheres, so that all have similar errors. No equation of state
+//! enters the measurement. The certificate of every run checks whether its effective field is
+//! self-consistent.
 //!
-//! `--full` goes on until errors are below a quarter of a per cent.
+//! `--full` runs until errors are below a quarter of a per cent.
 
 #[macro_use]
 extern crate paper;
@@ -30,10 +30,10 @@ use paper::verdict::Verdicts;
 use paper::{Ending, Failure, Report, Session, Side, Watch, groups, warnings};
 use std::process::ExitCode;
 
-/// Measures P/(nTZ) in temperature gradients, and how well it is known.
+/// Measures P/(nTZ) and its error in temperature gradients.
 #[derive(clap::Args, Debug)]
 struct Arguments {
-    /// Until errors are below a quarter of a per cent: three to six minutes on two cores
+    /// Run until errors are below a quarter of a per cent (three to six minutes on two cores)
     #[arg(long, visible_alias = "paper")]
     full: bool,
 }
@@ -44,12 +44,12 @@ const COLUMN_DENSITY: f64 = 40.0;
 const HEIGHT: f64 = 400.0;
 /// Side of the base.
 const WIDTH: f64 = 9.0;
-/// Below it the fluid is layered.
+/// Height of the layers at the base.
 const LOWEST: f64 = 8.0;
-/// Where ln n changes faster the density is not local.
+/// Largest |d ln n/dx| for a local equation of state.
 const STEEPEST: f64 = 0.1;
 const GROUPS: usize = 6;
-/// What is claimed of P/(nTZ) − 1, and what the certificates tolerate.
+/// Largest |P/(nTZ) − 1| claimed, and tolerance of the certificates.
 const CLAIM: f64 = 0.005;
 const TOLERANCE: f64 = 0.02;
 /// Largest error that a full run may have.
@@ -61,17 +61,17 @@ fn edges(theory: &HydrostaticProfile) -> Vec<f64> {
     groups::edges_of_equal_numbers(theory, [LOWEST, highest], GROUPS)
 }
 
-/// What is known of one β.
+/// Results of one β.
 struct Outcome {
     decay_rate: f64,
     edges: Vec<f64>,
     deviations: Vec<Estimate>,
     certificate: Certificate,
-    /// What the replicas say against themselves, a line for each kind.
+    /// Warnings about the replicas, one line for each kind.
     warnings: Vec<String>,
 }
 
-/// What a replica has measured, the balance of forces in it, and what it says against itself.
+/// Results of a replica, its balance of forces, and its warnings.
 type Replica = (EquationOfStateProfile, ForceBalance, Vec<Warning>);
 
 fn slab() -> Result<Slab, Failure> {
@@ -113,7 +113,7 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     let tasks: Vec<(usize, u64)> = (0..DECAY_RATES.len())
         .flat_map(|index| (0..replicas_of_each).map(move |number| (index, number)))
         .collect();
-    // The steepest column remembers longest.
+    // The steepest column has the longest autocorrelation time.
     let sweeps = |index: usize| if DECAY_RATES[index] > 0.04 { 2 * sweeps } else { sweeps };
     let measured = session.run_all(
         "temperature gradients",
@@ -206,7 +206,7 @@ fn verdicts(outcomes: &[Outcome], full: bool) -> Verdicts {
             let largest = groups::largest(deviations.iter().map(|deviation| deviation.standard_error));
             let claim = format!("β = {decay_rate}: largest error of P/(nTZ) − 1");
             verdicts.at_most("17", &claim, Estimate::exact(largest), LARGEST_ERROR);
-            let claim = format!("β = {decay_rate}: runs are certified: {certificate}");
+            let claim = format!("β = {decay_rate}: certificate: {certificate}");
             verdicts.is_so("17", &claim, certificate.is_converged());
         }
     }
@@ -223,7 +223,7 @@ fn write(outcomes: &[Outcome], report: &Report) -> Result<(), Failure> {
     });
     report.table(
         "temperature_gradient",
-        "lengths in d; deviation is the sum of P over that of n T Z in the group of heights, less 1",
+        "lengths in d; deviation is the sum of P over that of n T Z in the group of heights, minus 1",
         "decay_rate, lowest_height, highest_height, deviation, deviation_error",
         rows,
     )
@@ -252,6 +252,6 @@ fn draw(outcomes: &[Outcome], report: &mut Report) -> Result<(), Failure> {
     let title =
         "P/(nTZ) − 1 in temperature gradients, T = 20 exp(−βx): the default scheme, no equation of state";
     let caption =
-        "P/(nTZ) − 1 over ranges of height that hold equally many spheres; dashed: what is claimed.";
+        "P/(nTZ) − 1 over ranges of height with equal numbers of spheres; dashed: limit of the claim.";
     report.picture("temperature_gradient", &Figure::new(title).panel(panel), caption)
 }

@@ -11,13 +11,13 @@ use gradient_mc::model::{Accuracy, MonteCarloPlan, Quantity};
 
 /// Leading coefficient of the layers, exact: (7/32)(6/π) η².
 const LEADING: f64 = 21.0 / (16.0 * std::f64::consts::PI);
-/// A column tells of an error that is this much above its noise.
+/// An error is resolved if it exceeds the noise by this factor.
 const RESOLVED: f64 = 3.0;
 /// Bases narrower than this are not recommended, and not fitted to.
 const NARROWEST: f64 = 4.0;
 /// Extents of columns that have a bulk above the layers.
 const TALL: f64 = 8.0;
-/// Most sweeps that the theory start may count for.
+/// Largest number of sweeps that the theory start may save.
 const LARGEST_HEAD_START: u32 = 1000;
 
 /// The constants, as the library has them.
@@ -39,7 +39,7 @@ pub struct Constants {
 }
 
 impl Constants {
-    /// Those that are in use.
+    /// The constants in use.
     pub const USED: Self = Self {
         layers: constants::LAYERS,
         layers_scatter: constants::LAYERS_SCATTER,
@@ -85,8 +85,8 @@ pub struct Quality {
     pub formulas: [(f64, usize); 3],
 }
 
-/// The fit. What is allowed for the formulas is judged by what the library expects of them
-/// with the constants in use.
+/// Fits the constants. The allowances of the formulas are based on the estimates of the library with
+/// the constants in use.
 pub fn fit(data: &Data) -> Result<(Constants, Quality), Failure> {
     let (layers, layers_scatter) = fit_layers(&data.columns);
     let mut formulas = [(0.0, 0); 3];
@@ -190,8 +190,8 @@ fn fit_bulk(columns: &[ColumnRow], plans: &[Plan]) -> f64 {
     ((sum / weights).max(0.0) + 1.0 / weights.sqrt()).sqrt()
 }
 
-/// Root mean square of ln(measured/expected) over ideal gas and theory, where it can be told from
-/// noise, and of how many.
+/// Root mean square of ln(measured/expected) over ideal gas and theory, where the error is
+/// resolved, and the number of cases.
 fn scatter_of_formulas(formulas: &[Formula], quantity: usize) -> Result<(f64, usize), Failure> {
     let mut squares = Vec::new();
     for (column, parameters) in Parameters::calibration().into_iter().enumerate() {

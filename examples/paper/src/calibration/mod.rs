@@ -1,4 +1,4 @@
-//! The models of a column: their scenes, what was measured of them, and the fit.
+//! Calibration of the models of a column: scenes, data, and fit.
 
 mod adsorption;
 pub mod data;

@@ -1,4 +1,4 @@
-//! Columns by their numbers, and the ones that calibrate.
+//! The columns of the calibration and of its test.
 
 use gradient_mc::equation_of_state::{FluidSolid, ModifiedKolafa};
 use gradient_mc::field::ExponentialField;
@@ -7,10 +7,10 @@ use gradient_mc::temperature::ExponentialTemperature;
 use gradient_mc::{Error, Generator, Hydrostatics, Scene, Slab};
 use rand::{RngExt, SeedableRng};
 
-/// A scene of the paper's kind.
+/// A scene with the field and temperature of the paper.
 pub type Column = Scene<ExponentialField, ExponentialTemperature>;
 
-/// What makes a column: a(x) = exp(αx), T(x) = T₀ exp(−βx), N/A.
+/// Parameters of a column: a(x) = exp(αx), T(x) = T₀ exp(−βx), N/A.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Parameters {
     pub temperature: f64,
@@ -50,7 +50,7 @@ const CALIBRATION: [[f64; 4]; 26] = [
     [1.5, 0.05, 0.02, 5.0],
 ];
 
-/// A scene that no constant was fitted to, and what is asked of it.
+/// A scene that is not used in the fit, and the accuracies that are asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeldOut {
     pub parameters: Parameters,
@@ -131,14 +131,14 @@ impl Parameters {
     /// Fewest spheres over the base of a reference, and its smallest side.
     pub const WIDE: (usize, f64) = (300, 8.0);
 
-    /// Whether the fluid of the theory would freeze, or cannot carry the weight at all.
+    /// Whether the fluid of the theory freezes, or has no state at this weight.
     pub fn freezes(&self) -> Result<bool, Error> {
         let field = ExponentialField::new(self.field_rate)?;
         let temperature = ExponentialTemperature::new(self.temperature, self.decay_rate)?;
         let theory = Hydrostatics::new(field, temperature, ModifiedKolafa).base(0.5);
         match theory.column_density(self.column_density) {
             Ok(profile) => Ok(profile.domain_exit().is_some()),
-            // So dense that the solver does not get there.
+            // The column is too dense for the solver.
             Err(Error::EquationOfStateExhausted { .. } | Error::HydrostaticsNotConverged { .. }) => Ok(true),
             Err(error) => Err(error),
         }

@@ -1,5 +1,4 @@
-//! Pictures: panels of lines (theory) and points with error bars (simulation), as SVG and PNG
-//! alike.
+//! Pictures: panels of lines (theory) and points with error bars (simulation), as SVG and PNG.
 
 mod clip;
 mod draw;
@@ -25,7 +24,7 @@ pub mod colors {
     pub const GRAY: RGBColor = RGBColor(140, 140, 140);
 }
 
-/// Font family; the SVG's reader may put its own in place of the one embedded here.
+/// Font family; viewers of the SVG may replace the embedded font.
 const FONT: &str = "sans-serif";
 static REGULAR: &[u8] = include_bytes!("fonts/DejaVuSans.ttf");
 static BOLD: &[u8] = include_bytes!("fonts/DejaVuSans-Bold.ttf");
@@ -53,7 +52,7 @@ impl Point {
     }
 }
 
-/// How a series looks.
+/// Style of a series.
 #[derive(Debug, Clone, Copy)]
 pub enum Mark {
     /// Theory.
@@ -64,7 +63,7 @@ pub enum Mark {
     Points,
     /// Many points of simulation, too close for symbols of full size.
     Dots,
-    /// Points that are not to be trusted, or not to be confused with others: open circles.
+    /// Unreliable points, or points to be distinguished from others: open circles.
     Rings,
 }
 
@@ -98,7 +97,7 @@ impl Axis {
         Self { logarithmic: true, ..Self::new(label, low, high) }
     }
 
-    /// Where a value stands along the axis: on a scale without units that plotters divides evenly.
+    /// Position of a value along the axis, on a linear scale.
     fn position(&self, value: f64) -> f64 {
         if self.logarithmic { libm::log10(value) } else { value }
     }
@@ -123,7 +122,7 @@ pub enum Corner {
     BottomRight,
 }
 
-/// Where a panel stands in the picture, as fractions of its size from the left and top.
+/// Place of a panel in the picture, as fractions of its size from the left and top.
 #[derive(Debug, Clone, Copy)]
 pub struct Place {
     pub left: f64,
@@ -141,7 +140,7 @@ pub struct Cell {
     pub color: RGBColor,
 }
 
-/// Words inside a panel.
+/// Text inside a panel.
 #[derive(Debug, Clone)]
 struct Note {
     x: f64,
@@ -150,7 +149,7 @@ struct Note {
     color: RGBColor,
 }
 
-/// Axes and what is drawn between them.
+/// A panel: axes and their content.
 #[derive(Debug, Clone)]
 #[must_use]
 pub struct Panel {
@@ -164,7 +163,7 @@ pub struct Panel {
     legend: Option<Corner>,
     /// Shares the axis below with the next panel.
     without_x_labels: bool,
-    /// Stands inside another panel, drawn before it.
+    /// Is inside another panel, which is drawn before.
     inset: bool,
     /// Has neither axes nor numbers.
     bare: bool,
@@ -187,14 +186,14 @@ impl Panel {
         }
     }
 
-    /// Says above the panel what it shows.
+    /// Sets the title above the panel.
     pub fn with_title(mut self, title: &str) -> Self {
         self.title = Some(title.to_owned());
         self
     }
 
-    /// Makes the panel one that stands inside another, on white and with smaller letters; add it to
-    /// the figure after that one.
+    /// Makes the panel an inset of another, on white and with smaller letters; add it to the figure
+    /// after the other panel.
     pub fn inset(mut self) -> Self {
         self.inset = true;
         self
@@ -212,7 +211,7 @@ impl Panel {
         self
     }
 
-    /// Writes words centered at (x, y).
+    /// Writes text centered at (x, y).
     pub fn note(mut self, x: f64, y: f64, text: &str, color: RGBColor) -> Self {
         self.notes.push(Note { x, y, text: text.to_owned(), color });
         self
@@ -270,7 +269,7 @@ impl Figure {
         Self { title: title.to_owned(), size: (1600, 700), panels: Vec::new() }
     }
 
-    /// Width and height in pixels, 1600 x 700 unless told otherwise.
+    /// Sets width and height in pixels; the default is 1600 x 700.
     pub fn with_size(mut self, width: u32, height: u32) -> Self {
         self.size = (width, height);
         self
@@ -302,7 +301,7 @@ impl Figure {
             draw::figure(self, &root, OVERSAMPLING)?;
             root.present().map_err(|error| error.to_string())?;
         }
-        // Shown at the size of the PNG; the view box keeps the finer grid.
+        // Displayed at the size of the PNG; the view box keeps the finer grid.
         let drawn = format!("width=\"{width}\" height=\"{height}\"");
         let shown = format!("width=\"{}\" height=\"{}\"", self.size.0, self.size.1);
         output::write(path, text.replacen(&drawn, &shown, 1))

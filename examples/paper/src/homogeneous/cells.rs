@@ -3,12 +3,12 @@
 /// Most centers of a cell: spheres that do not overlap have at most eight in a cube of less than
 /// √2, and room is left.
 const SLOTS: usize = 12;
-/// So many slots are looked at without asking how many are full; more rarely are.
+/// Number of slots that are always compared; more are rarely full.
 const AT_ONCE: usize = 4;
 /// Coordinate of an empty slot, far from everything.
 const NOWHERE: f64 = 1e6;
 
-/// What lies in one cell.
+/// The spheres of one cell.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Cell {
     /// Along each axis.

@@ -78,7 +78,7 @@ fn ahead(cells: &Cells, sphere: u32, axis: usize, longest: f64) -> Step {
     let gaps = cells.gaps(center);
     let across = [(axis + 1) % 3, (axis + 2) % 3];
     let mut step = Step { distance: longest, collision: None };
-    // Layers of cells ahead; not so many that the sphere would meet itself.
+    // Layers of cells ahead, at most up to the sphere itself.
     for layer in 0..cells.edge() - 1 {
         let begin = layer as f64 * side;
         for index in BESIDE[axis] {

@@ -1,9 +1,9 @@
 //! The contact value g(1⁺), extrapolated.
 //!
 //! Pairs are counted in shells of equal thickness from contact to 1.1 diameters; the value at 1 is
-//! that of the cubic that fits the shells best by least squares. That is a fixed linear combination
-//! of the counts, so its error is that of any mean. What is left out, the fourth derivative, is
-//! some 10⁻⁴ of g at a packing fraction of 0.45.
+//! that of the cubic that fits the shells best by least squares. This is a fixed linear combination
+//! of the counts, so its error is that of a mean. The neglected fourth derivative changes g by
+//! about 10⁻⁴ of its value at a packing fraction of 0.45.
 
 use super::cells::Cells;
 use gradient_mc::equation_of_state::number_density;

@@ -3,7 +3,7 @@
 use super::cells::Cells;
 use rand::{Rng, RngExt};
 
-/// As many trials as there are spheres; the number accepted.
+/// Makes as many trials as there are spheres; returns the number accepted.
 pub(crate) fn sweep(cells: &mut Cells, maximum_displacement: f64, generator: &mut impl Rng) -> u64 {
     // Some hundreds.
     #[allow(clippy::cast_possible_truncation)]

@@ -1,13 +1,13 @@
-//! Ordinary Monte Carlo: one density in a periodic cube, by local moves or by event chains. The
-//! gradient's opponent.
+//! Ordinary Monte Carlo of one density in a periodic cube, by local moves or event chains, with
+//! which the gradient is compared.
 //!
 //! | moves | Z = P/(nT) from |
 //! |---|---|
 //! | local | 1 + 4η g(1⁺), the contact value extrapolated (`contact`) |
 //! | straight event chains | 1 + Σs/ℓ: s are the separations along the chain in all collisions, ℓ the length of all chains (Michel, Kapfer and Krauth, doi:10.1063/1.4863991) |
 //!
-//! Centers are kept cell by cell, relative to the corner of their cell, so that no distance has to
-//! be folded back.
+//! Centers are stored by cell, relative to the corner of the cell, so that distances need no
+//! periodic wrapping.
 
 mod cells;
 mod chain;
@@ -23,7 +23,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::f64::consts::FRAC_1_SQRT_2;
 
-/// What sweeps consist of.
+/// The moves of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Technique {
     /// As many trials as spheres.
@@ -50,7 +50,7 @@ impl Homogeneous {
     const LARGEST_DISPLACEMENT: f64 = 1.5;
     /// Acceptance to which displacements are tuned.
     const ACCEPTANCE: f64 = 0.35;
-    /// Sweeps of local moves between two looks at the pairs near contact.
+    /// Sweeps of local moves between two samples of the pairs near contact.
     const SWEEPS_BETWEEN_LOOKS: u64 = 2;
 
     /// 4k³ spheres on an fcc lattice, from which they melt.
@@ -101,7 +101,7 @@ impl Homogeneous {
         self.maximum_displacement
     }
 
-    /// Makes so many sweeps and looks at nothing: trials, or collisions.
+    /// Makes `sweeps` sweeps without sampling; returns the number of trials or collisions.
     #[allow(dead_code, reason = "tests do not ask")]
     pub fn moves(&mut self, sweeps: u64) -> u64 {
         (0..sweeps)
@@ -115,7 +115,7 @@ impl Homogeneous {
             .sum()
     }
 
-    /// Sweeps that melt the lattice, and tune what can be tuned.
+    /// Equilibrates: melts the lattice, and tunes the moves.
     pub fn equilibrate(&mut self, sweeps: u64) {
         for _ in 0..sweeps {
             match self.technique {
@@ -137,7 +137,7 @@ impl Homogeneous {
         }
     }
 
-    /// Z of this number of spheres, from so many sweeps more; see [`finite_size`].
+    /// Z for this number of spheres, from `sweeps` more sweeps; see [`finite_size`].
     pub fn measure(&mut self, sweeps: u64) -> Result<Estimate, Error> {
         match self.technique {
             Technique::Local => {
@@ -173,7 +173,7 @@ impl Homogeneous {
     }
 }
 
-/// What Z of N spheres in a periodic cube lacks of that of an infinite system, to order 1/N.
+/// Finite-size correction of Z for N spheres in a periodic cube, to order 1/N.
 ///
 /// The canonical partition function is the grand one over √(2πNχ), χ = 1/(Z + dZ/d ln η) the
 /// reduced compressibility; so `Z_N` = Z + (1/2N) d ln χ/d ln n (to lowest order in η it is the

@@ -1,4 +1,4 @@
-//! What a study has left in its directory: pictures with captions, verdicts, and what it printed.
+//! Results in the directory of a study: pictures with captions, verdicts, and printed output.
 
 use gradient_mc::statistics::Estimate;
 use paper::Failure;
@@ -9,7 +9,7 @@ use std::path::Path;
 /// What a study prints is kept under this name.
 pub(crate) const REPORT: &str = "report.txt";
 
-/// A picture and what it shows.
+/// A picture and its caption.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(crate) struct Picture {
     /// Name of the PNG file.
@@ -38,14 +38,14 @@ pub(crate) struct Gathered {
     pub(crate) pictures: Vec<Picture>,
     pub(crate) verdicts: Vec<Verdict>,
     pub(crate) report: Option<String>,
-    /// What is worth saying, and nothing that fails.
+    /// A remark that is not a failure.
     pub(crate) remark: Option<String>,
     /// What should be there and is not, in words.
     pub(crate) missing: Vec<String>,
 }
 
 impl Gathered {
-    /// Reads the directory of a study. What is missing is said, and stops nothing.
+    /// Reads the directory of a study. Missing results are listed and are no error.
     pub(crate) fn read(directory: &Path) -> Self {
         let mut gathered =
             Self { report: fs::read_to_string(directory.join(REPORT)).ok(), ..Self::default() };
@@ -105,7 +105,7 @@ impl Gathered {
     }
 }
 
-/// The number of a figure, and what it says behind the number: a letter, "inset", or nothing.
+/// The number of a figure, and the text after the number: a letter, "inset", or nothing.
 #[derive(Debug, Clone, PartialEq, Eq)]
 struct Number {
     /// Zero if there is none.
@@ -166,9 +166,9 @@ fn verdicts(path: &Path) -> Result<Vec<Verdict>, Failure> {
             lowest: number(4)?,
             highest: number(5)?,
         };
-        // Decided again from the numbers, so that nothing else has to be believed.
+        // Decided again from the numbers, as a check of the file.
         if verdict.holds().to_string() != field(6)? {
-            return Err(format!("the verdict on \"{}\" is not what its numbers say", verdict.claim).into());
+            return Err(format!("the verdict on \"{}\" contradicts its numbers", verdict.claim).into());
         }
         verdicts.push(verdict);
     }

@@ -19,8 +19,8 @@ pub(crate) struct Launched {
     pub(crate) duration: Duration,
 }
 
-/// Runs the study with these arguments and output in `directory`, and keeps what it prints there.
-/// Fails if it does not come to its end.
+/// Runs the study with these arguments and output in `directory`, and stores its printed output
+/// there. Fails if it does not come to its end.
 ///
 /// Cargo builds it first if it has to: `cargo run -p paper --bin all_figures` builds no other
 /// study. Where there is no cargo the executable beside this one is taken. It is told to stop when
@@ -62,7 +62,7 @@ pub(crate) fn launch(
     }
 }
 
-/// Runs a command to its end, and tells it to stop if this process is told to.
+/// Runs a command to its end, and stops it if this process is stopped.
 fn run(mut command: Command, interrupt: &Interrupt) -> std::io::Result<Output> {
     let mut child = command.stdout(Stdio::piped()).spawn()?;
     let pipe = child.stdout.take();
@@ -81,7 +81,7 @@ fn run(mut command: Command, interrupt: &Interrupt) -> std::io::Result<Output> {
         }
         thread::sleep(Duration::from_millis(50));
     };
-    let stdout = reader.join().map_err(|_| std::io::Error::other("what it printed is lost"))??;
+    let stdout = reader.join().map_err(|_| std::io::Error::other("its output is lost"))??;
     Ok(Output { status, stdout, stderr: Vec::new() })
 }
 

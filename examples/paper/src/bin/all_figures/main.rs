@@ -1,11 +1,10 @@
-//! Every figure of doi:10.1103/PhysRevE.83.061306 on one page, with what each claims and whether it
-//! holds.
+//! Every figure of doi:10.1103/PhysRevE.83.061306 on one page, with its claims and whether they
+//! hold.
 //!
-//! Runs the four studies that draw figures 2 to 17, one after the other, each as a process of its
-//! own (one that fails stops none of the others), and writes `out/all_figures/index.html` from the
-//! pictures, captions and verdicts that they leave in `out/<study>`. The exit code is 1 if a claim
-//! of any of them fails, and 2 if one has not come to its end: the same command then goes
-//! on, and does not make those again that have.
+//! Runs the four studies that draw figures 2 to 17, one after the other, each as its own process (a
+//! failure does not stop the others), and writes `out/all_figures/index.html` from their pictures,
+//! captions and verdicts in `out/<study>`. The exit code is 1 if a claim fails, and 2 if a study is
+//! not complete. The same command then continues, and does not repeat complete studies.
 
 #[macro_use]
 extern crate paper;
@@ -22,14 +21,14 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-/// Draws every figure of the paper, and puts them on one page.
+/// Draws every figure of the paper and puts them on one page.
 #[derive(clap::Args, Debug)]
 struct Arguments {
-    /// The paper's full protocol in each study: many hours
+    /// Use the full protocol of the paper in each study (many hours)
     #[arg(long)]
     paper: bool,
 
-    /// Only makes the page, from what earlier runs have left
+    /// Only make the page, from the results of earlier runs
     #[arg(long)]
     collect: bool,
 }
@@ -42,26 +41,26 @@ const STUDIES: [[&str; 3]; 4] = [
     ["deviations", "Deviations from the equation of state", "17"],
 ];
 
-/// A study, how its run ended, and what it has left.
+/// A study, how its run ended, and its results.
 #[derive(Debug)]
 struct Part {
     study: &'static str,
     title: &'static str,
     figures: &'static str,
     directory: PathBuf,
-    /// None if it was not run now.
+    /// `None` if it was not run now.
     launched: Option<Result<Launched, Failure>>,
     gathered: Gathered,
 }
 
 impl Part {
-    /// Whether it came to its end and everything is there.
+    /// Whether it is complete, with all results.
     fn is_complete(&self) -> bool {
-        // One whose claims fail is complete, too.
+        // A study whose claims fail is complete too.
         !matches!(self.launched, Some(Err(_))) && self.gathered.missing.is_empty()
     }
 
-    /// Whether it is complete and every claim holds.
+    /// Whether it is complete and all claims hold.
     fn holds(&self) -> bool {
         self.is_complete() && self.gathered.holds()
     }
@@ -108,9 +107,9 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     Ok(if session.interrupt.pressed() {
         Ending::Interrupted
     } else if let Some(part) = parts.iter().find(|part| matches!(part.launched, Some(Err(_)))) {
-        return Err(format!("{} has not come to its end", part.study).into());
+        return Err(format!("{} is not complete", part.study).into());
     } else if session.short && !parts.iter().all(Part::is_complete) {
-        return Err("something is missing".into());
+        return Err("results are missing".into());
     } else if parts.iter().all(Part::holds) {
         Ending::Finished
     } else {

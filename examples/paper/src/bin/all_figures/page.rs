@@ -39,10 +39,10 @@ pub(crate) fn page(parts: &[Part], command: &str) -> String {
     add("<title>gradient-mc: the figures of the paper</title>");
     add(&format!("<style>\n{STYLE}\n</style>\n</head>\n<body>\n<h1>The figures of the paper</h1>"));
     add("<p>Mehrotra, Puri and Khakhar, Phys. Rev. E <b>83</b>, 061306 (2011), \
-         <a href=\"https://doi.org/10.1103/PhysRevE.83.061306\">doi:10.1103/PhysRevE.83.061306</a>, drawn again from simulation. \
+         <a href=\"https://doi.org/10.1103/PhysRevE.83.061306\">doi:10.1103/PhysRevE.83.061306</a>, from new simulations. \
          Lines are theory, points are simulation with one standard error. Every claim has a number and a range, and can fail.</p>");
     if command.ends_with("--short") {
-        add("<p class=\"fails\">A short run, to try the programs out: its claims mean nothing.</p>");
+        add("<p class=\"fails\">A short run to test the programs: its claims have no meaning.</p>");
     }
     let class = if all { "holds" } else { "fails" };
     add(&format!("<p><strong class=\"{class}\">{held} of {claims} claims hold.</strong></p>"));
@@ -109,7 +109,7 @@ fn report(html: &mut String, gathered: &Gathered) {
     if let Some(report) = &gathered.report {
         let _ = writeln!(
             html,
-            "<details><summary>What the study printed</summary>\n<pre>{}</pre>\n</details>",
+            "<details><summary>Output of the study</summary>\n<pre>{}</pre>\n</details>",
             escape(report)
         );
     }
@@ -146,8 +146,8 @@ fn verdict_line(verdicts: &[&Verdict]) -> String {
     let held = verdicts.iter().filter(|verdict| verdict.holds()).count();
     let all = verdicts.len();
     match (all, held == all) {
-        (0, _) => "<p class=\"verdict\">No claim of its own.</p>\n".to_owned(),
-        (1, true) => "<p class=\"verdict holds\">Holds: its claim.</p>\n".to_owned(),
+        (0, _) => "<p class=\"verdict\">No claim.</p>\n".to_owned(),
+        (1, true) => "<p class=\"verdict holds\">Holds: 1 claim.</p>\n".to_owned(),
         (_, true) => format!("<p class=\"verdict holds\">Holds: all {all} claims.</p>\n"),
         (_, false) => format!("<p class=\"verdict fails\">Fails: {held} of {all} claims hold.</p>\n"),
     }

@@ -1,10 +1,10 @@
-//! Calibrates `Scene::model_for`: how far ideal gas and hydrostatic theory are off, and how long
-//! Monte Carlo plans have to be.
+//! Calibrates `Scene::model_for`: the errors of ideal gas and hydrostatic theory, and the lengths
+//! of Monte Carlo plans.
 //!
 //! Runs two dozen columns, writes `examples/paper/calibration/*.csv`, fits the constants of the
-//! estimates to these, and prints what is to stand in `src/model/constants.rs` (`--fit` does only
-//! this). `--unseen 40` draws forty scenes to which nothing is fitted, instead, measures what is true
-//! of them, takes the models that are chosen for them, and counts how often they are right; it writes
+//! estimates to these files, and prints the constants for `src/model/constants.rs` (`--fit` does
+//! only this). `--unseen 40` instead draws forty scenes that are not used in the fit, measures
+//! references for them, runs the chosen models, and counts how often they are right. It writes
 //! `examples/paper/tests/reference/model_*.csv`, which `tests/model_for.rs` reads. Run it in the
 //! directory of the repository.
 
@@ -21,14 +21,14 @@ use paper::{Ending, Failure, Session, output, study};
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-/// Calibrates the estimates of `Scene::model_for`: some five minutes on one core.
+/// Calibrates the estimates of `Scene::model_for` (about five minutes on one core).
 #[derive(clap::Args, Debug)]
 struct Arguments {
-    /// Fits the constants to the calibration files that are there
+    /// Only fit the constants to existing calibration files
     #[arg(long, conflicts_with = "unseen")]
     fit: bool,
-    /// Judges the choices for so many scenes to which nothing was fitted, instead: forty take some
-    /// twenty minutes on one core
+    /// Judge the choices for this many scenes that are not used in the fit, instead of calibrating
+    /// (forty take about ten minutes on one core)
     #[arg(long, value_name = "SCENES")]
     unseen: Option<usize>,
 }
@@ -38,7 +38,7 @@ fn main() -> ExitCode {
 }
 
 fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
-    // The repository, unless the numbers are worth nothing.
+    // The repository; the output directory for short runs.
     let usual = if session.short { session.directory.clone() } else { PathBuf::from(".") };
     let out = session.out.clone().unwrap_or(usual);
     if let Some(scenes) = arguments.unseen {
@@ -50,7 +50,7 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     if !arguments.fit {
         measure::all(session)?.write(&directory)?;
     }
-    // From the files, whose digits are all that a test has.
+    // From the files, because the test has only their digits.
     let (fitted, quality) = fit::fit(&Data::read(&directory)?)?;
     println!("{fitted:#?}\nfor src/model/constants.rs; {quality:#?}");
     Ok(Ending::Finished)

@@ -1,5 +1,5 @@
-//! The measurements that calibrate: columns against theory, plans against columns, small bases
-//! against wide ones.
+//! The measurements of the calibration: columns compared with theory, plans with columns, and small
+//! bases with wide ones.
 
 use crate::reference::{Effort, Reference, mean};
 use gradient_mc::equation_of_state::{ModifiedKolafa, packing_fraction};
@@ -26,7 +26,7 @@ const FEWEST: usize = 40;
 /// Columns whose base is varied, by their place among the calibration scenes, and the sides.
 const COLUMNS_OF_BASES: [usize; 4] = [4, 5, 6, 7];
 const SIDES: [f64; 3] = [3.0, 4.0, 5.0];
-/// How well a column is to be known, with the CPU seconds that may go into it.
+/// Required accuracy of a column, and largest CPU time in seconds.
 const NOISE: f64 = 6e-4;
 const MOST_SECONDS: f64 = 10.0;
 const SWEEPS: u64 = 2000;
@@ -115,7 +115,7 @@ fn formulas(scene: &Column) -> Result<[Vec<f64>; 3], Error> {
     ])
 }
 
-/// What ideal gas, theory and functional make of a column.
+/// Errors of ideal gas, theory and functional for a column.
 fn compare(
     index: usize,
     parameters: Parameters,
@@ -184,9 +184,9 @@ fn scatter(accuracy: &Accuracy, scene: &Column, profiles: &[Vec<f64>], truth: &[
     [square.sqrt(), (variance / square).sqrt()]
 }
 
-/// Plans of either family: short ones against what is true, and long ones, which have forgotten the
-/// theory start, against the mean of all of them, so that what is true does not have to be known
-/// better than they know it.
+/// Plans of both families. Short ones are compared with the reference. Long ones, which do not
+/// depend on the theory start, are compared with the mean of all of them, because their errors may
+/// be smaller than that of the reference.
 fn try_plans(
     index: usize,
     scene: &Column,

@@ -1,11 +1,11 @@
-//! What is true of a column: long runs of independent replicas.
+//! Reference profiles of a column: long runs of independent replicas.
 
 use gradient_mc::model::{Accuracy, MonteCarloPlan, MoveFamily};
 use paper::Failure;
 use paper::calibration::scenes::Column;
 use paper::clock::cpu_seconds;
 
-/// A profile that is taken for true.
+/// A reference profile.
 #[derive(Debug, Clone)]
 pub(crate) struct Reference {
     pub(crate) particles: usize,
@@ -16,7 +16,7 @@ pub(crate) struct Reference {
     pub(crate) cpu_seconds: f64,
 }
 
-/// How a reference is to be made.
+/// Parameters of a reference run.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Effort {
     pub(crate) sweeps: u64,

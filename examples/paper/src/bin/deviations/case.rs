@@ -12,7 +12,7 @@ pub(crate) const COLUMN_DENSITY: f64 = 40.0;
 pub(crate) const HEIGHT: f64 = 400.0;
 /// Below it the fluid is layered; the paper leaves out five to eight diameters.
 const LOWEST: f64 = 8.0;
-/// A crystal orders the fluid over so many diameters above its front.
+/// Thickness of the fluid above the front that the crystal orders, in diameters.
 const ABOVE_FRONT: f64 = 3.0;
 /// Below this packing fraction there are too few spheres: the paper leaves it out, too.
 const MOST_DILUTE: f64 = 0.01;

@@ -17,7 +17,7 @@ const SCATTERED: f64 = 0.25;
 const SIGMAS: f64 = 4.0;
 /// Largest error of a mean over a group of heights.
 const LARGEST_ERROR: f64 = 0.01;
-/// Where theory expects a local equation of state to miss more than this, it is not what is tested.
+/// A local equation of state is not tested where theory predicts a larger deviation from it.
 const LOCAL: f64 = 0.01;
 /// Up to here the paper's field is compared: well below the maximum of the density.
 const LOW: f64 = 16.0;
@@ -53,7 +53,7 @@ fn local(outcome: &Outcome, verdicts: &mut Verdicts) {
         let deviations = of_local(deviations);
         let largest = magnitude(farthest_from_zero(deviations.iter().copied()));
         let claim = format!(
-            "{label}: largest |P/(nTZ) − 1| of {} ranges of height where the density is local, {name}",
+            "{label}: largest |P/(nTZ) − 1| of {} ranges of height where a local equation of state holds, {name}",
             deviations.len()
         );
         verdicts.at_most(panel, &claim, largest, LINE);
@@ -66,15 +66,15 @@ fn local(outcome: &Outcome, verdicts: &mut Verdicts) {
     verdicts.at_most(panel, &claim, exact(groups::largest(errors)), LARGEST_ERROR);
 }
 
-/// Where the density is not local, what is missed is what theory says, within the factor that its
-/// lowest order leaves open.
+/// Where a local equation of state fails, the deviation is that of theory, within the uncertainty
+/// of its lowest order.
 fn beyond_local(outcome: &Outcome, verdicts: &mut Verdicts) {
     let Outcome { case, nonlocal, ours, .. } = outcome;
     for ((group, deviation), expected) in case.groups.iter().zip(&ours.modified_kolafa).zip(nonlocal) {
         if expected.abs() >= LOCAL {
             let claim = format!(
-                "{}: P/(nTZ) − 1 from x = {:.1} to {:.1}, where the density is not local, over what the second virial coefficient \
-                 says of it ({:.1} %)",
+                "{}: P/(nTZ) − 1 from x = {:.1} to {:.1}, where a local equation of state fails, over the prediction by the second virial \
+                coefficient ({:.1} %)",
                 case.label(),
                 group[0],
                 group[1],
@@ -92,7 +92,7 @@ fn beyond_local(outcome: &Outcome, verdicts: &mut Verdicts) {
 fn papers_measures(case: &Case, ours: &Analysis, verdicts: &mut Verdicts) {
     let (panel, label) = (case.panel, case.label());
     let claim =
-        format!("{label}: median of δ (33) in bins of 0.1 d over its standard error: 0.67 if it is noise");
+        format!("{label}: median of δ (33) in bins of 0.1 d over its standard error; 0.67 for pure noise");
     let median = ours.median(|point| point.deviation / point.deviation_error);
     verdicts.between(panel, &claim, exact(median), 0.45, 0.9);
     let claim = format!("{label}: number of these bins where δ is above 2 % by more than four of its errors");
@@ -107,7 +107,7 @@ fn papers(case: &Case, name: &str, analysis: &Analysis, verdicts: &mut Verdicts)
     if case.decay_rate > 0.0 {
         let mean = Analysis::mean_below(case, &analysis.carnahan_starling, LOW);
         // The paper has up to 7 % there; counting noise must make 8.2 % at x = 10 and 5.4 % at x = 18.
-        let claim = format!("{label}, {name}: mean P/(nTZ) − 1 below x = {LOW}: the paper's 7 %");
+        let claim = format!("{label}, {name}: mean P/(nTZ) − 1 below x = {LOW}; 7 % in the paper");
         verdicts.between(case.panel, &claim, mean, 0.05, 0.11);
         let error = exact(mean.standard_error);
         verdicts.at_most(case.panel, &format!("{label}, {name}: the standard error of this"), error, 0.01);

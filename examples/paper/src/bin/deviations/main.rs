@@ -1,15 +1,16 @@
-//! Figure 17 of doi:10.1103/PhysRevE.83.061306: how far P is from the equation of state, and how
-//! well it is known.
+//! Figure 17 of doi:10.1103/PhysRevE.83.061306: deviations of P from the equation of state, and
+//! their errors.
 //!
-//! The steepest column of each of the paper's systems (T₀ = 5; α = 0.05, and what stays fluid at α
-//! = 0.1; β = 0.05), analysed twice. Left: δ (33) and σ (32) exactly as the paper defines them,
-//! from five runs, in bins of 0.1 d, with its line at 2 %. Right: P/(nTZ) − 1 with its sign and
-//! with error bars by the jackknife, over ranges of heights, against Carnahan-Starling and
-//! against the better equation of Kolafa, Labík and Malijevský as modified in 2019.
+//! The steepest column of each system of the paper (T₀ = 5; α = 0.05, and the fluid part at α =
+//! 0.1; β = 0.05), analyzed twice. Left: δ (33) and σ (32) as defined in the paper, from five runs,
+//! in bins of 0.1 d, with its line at 2 %. Right: P/(nTZ) − 1 with error bars by the jackknife,
+//! over ranges of heights, against Carnahan-Starling and against the better equation of Kolafa,
+//! Labík and Malijevský as modified in 2019.
 //!
-//! At β = 0.05 the paper's own effective field is run, too, over a smaller base with as much
-//! counting noise: it is where its 7 % come from (`docs/seven_per_cent.md`, `-p paper --bin
-//! seven_per_cent`). `--paper` runs the paper's protocol in all systems beside ours, over its base.
+//! At β = 0.05 the effective field of the paper is also run, over a smaller base with the same
+//! counting noise, which explains the deviation of 7 % in the paper (`docs/seven_per_cent.md`, `-p
+//! paper --bin seven_per_cent`). `--paper` also runs the protocol of the paper in all systems, with
+//! its base.
 
 #[macro_use]
 extern crate paper;
@@ -34,17 +35,16 @@ use std::process::ExitCode;
 /// Draws Figure 17: deviations from the equation of state, and their errors.
 #[derive(clap::Args, Debug)]
 struct Arguments {
-    /// The paper's protocol in every system beside ours, over the paper's base: two hours on two
-    /// cores
+    /// Also run the protocol of the paper in every system, with its base (two hours on two cores)
     #[arg(long)]
     paper: bool,
-    /// Side of the base, in diameters, of all runs [default: 7, and 10.5 for the paper's field;
+    /// Side of the base of all runs, in diameters [default: 7, and 10.5 for the field of the paper;
     /// with --paper: 25]
     #[arg(long)]
     width: Option<f64>,
 }
 
-/// Sides of the base: ours, and the paper's.
+/// Sides of the base: of the default runs, and of the paper.
 const WIDTHS: [f64; 2] = [7.0, 25.0];
 
 /// Numbers of sweeps.
@@ -84,7 +84,7 @@ fn main() -> ExitCode {
     study::main("deviations", run)
 }
 
-/// Whose runs: the number of the case and, for the paper's, their name.
+/// A set of runs: the number of the case and, for runs as in the paper, their name.
 type Key = (usize, Option<&'static str>);
 
 fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
@@ -139,7 +139,7 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     for outcome in &outcomes {
         println!("{}: {}", outcome.case.label(), run::describe_box(&outcome.case));
     }
-    println!("ours: {}", Run::describe(ours(session, 0)));
+    println!("runs: {}", Run::describe(ours(session, 0)));
     for (_, plan) in
         outcomes.last().map(|outcome| arguments.papers(session, &outcome.case)).into_iter().flatten().take(1)
     {

@@ -1,12 +1,11 @@
-//! What a local equation of state must miss where the density changes within a diameter, to lowest
+//! Deviation of any local equation of state where the density changes within a diameter, to lowest
 //! order in the density.
 //!
-//! In an isothermal system at rest ln n + φ/T + ∫ n(x + r) d³r over the unit sphere of neighbors is
-//! constant to first order in n (second virial coefficient). Forces then hold up P/T = n − ∫ₓ n
+//! In a stationary isothermal system ln n + φ/T + ∫ n(x + r) d³r over the unit sphere of neighbors
+//! is constant to first order in n (second virial coefficient). Forces then hold up P/T = n − ∫ₓ n
 //! (w∗n)' dx' with w(s) = π(1 − s²), where a local equation has n + (2π/3) n². The difference has
 //! the sign of n'': negative below the surface of a column, positive in its tail. In a temperature
-//! gradient the same holds of the isothermal system that stands for the scene, with `P_iso`/T₀ =
-//! P/T.
+//! gradient the same holds for the isothermal system in the effective field, with `P_iso`/T₀ = P/T.
 
 use super::case::Case;
 use gradient_mc::equation_of_state::{EquationOfState, FluidSolid, packing_fraction};
@@ -15,7 +14,7 @@ use gradient_mc::equation_of_state::{EquationOfState, FluidSolid, packing_fracti
 #[derive(Debug, Clone)]
 pub(crate) struct Nonlocal {
     lowest: f64,
-    /// What P/T has beyond the local equation, and P/T of the local equation.
+    /// P/T minus that of the local equation, and P/T of the local equation.
     values: Vec<[f64; 2]>,
 }
 
@@ -26,7 +25,7 @@ const REACH: usize = 50;
 impl Nonlocal {
     /// From the theory's profile, over the range that is compared.
     pub(crate) fn of(case: &Case) -> Self {
-        // So high that nothing is left to be missed.
+        // High enough that the deviation is negligible above.
         let (lowest, highest) = (case.lowest(), case.highest() + 10.0);
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let count = ((highest - lowest) / STEP) as usize;
@@ -57,7 +56,7 @@ impl Nonlocal {
         Self { lowest, values }
     }
 
-    /// P/(nTZ) − 1 of a range of heights that it accounts for.
+    /// Predicted P/(nTZ) − 1 of a range of heights.
     pub(crate) fn over(&self, [low, high]: [f64; 2]) -> f64 {
         let heights = (0..self.values.len()).map(|index| self.lowest + STEP * index as f64);
         let inside = heights.zip(&self.values).filter(|(height, _)| (low..high).contains(height));

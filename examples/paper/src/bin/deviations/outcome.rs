@@ -34,7 +34,7 @@ impl Analysis {
         })
     }
 
-    /// The largest number of standard errors that any is off.
+    /// The largest deviation in standard errors.
     pub(crate) fn most_significant(deviations: &[Estimate]) -> f64 {
         largest(deviations.iter().map(|deviation| deviation.deviation_from(0.0).abs()))
     }

@@ -1,4 +1,4 @@
-//! The paper's measures, exactly as (32) and (33) define them, in its bins.
+//! The measures of error of the paper, eqs. (32) and (33), in its bins.
 
 use super::case::Case;
 use gradient_mc::equation_of_state::{CarnahanStarling, EquationOfState, packing_fraction};

@@ -15,9 +15,9 @@ const LOWEST: f64 = 1e-6;
 const HIGHEST: f64 = 1.0;
 
 pub(crate) fn draw(outcomes: &[Outcome], report: &mut Report) -> Result<(), Failure> {
-    let both = "Left: δ (33) and σ (32) as the paper defines them, in its bins of 0.1 d, with its lines: dashed at 2 %, and \
-                upright at the packing fraction where the density changes most. Right: P/(nTZ) − 1 with sign and error bars over \
-                ranges of height, Carnahan-Starling (rings) and modified Kolafa (dots).";
+    let both = "Left: δ (33) and σ (32) as defined in the paper, in bins of 0.1 d, with its lines: dashed at 2 %, and \
+    vertical at the packing fraction where the density changes most. Right: P/(nTZ) − 1 with error bars over \
+    ranges of height, Carnahan-Starling (rings) and modified Kolafa (dots).";
     for (panel, title, caption) in [
         ("17a", "Figure 17a: uniform field, T₀ = 5", format!("Isothermal, uniform field, T₀ = 5. {both}")),
         (
@@ -31,9 +31,9 @@ pub(crate) fn draw(outcomes: &[Outcome], report: &mut Report) -> Result<(), Fail
             "17c",
             "Figure 17c: temperature gradient, T₀ = 20, β = 0.05",
             format!(
-                "Temperature gradient, T₀ = 20, β = 0.05. {both} Green and purple: what the paper's own field gives \
-                 with as much counting noise, from above and from below: its 7 %. Dashed right: what a local equation must miss \
-                 where the density changes within a diameter, to lowest order."
+                "Temperature gradient, T₀ = 20, β = 0.05. {both} Green and purple: the field of the paper with the same counting \
+                noise, from above and from below, which gives the 7 % of the paper. Dashed line on the right: deviation of any local \
+                equation where the density changes within a diameter, to lowest order."
             ),
         ),
     ] {
@@ -62,7 +62,7 @@ fn bins(analysis: &Analysis, value: impl Fn(&super::papers::PaperPoint) -> f64) 
 
 fn papers_measures(outcomes: &[&Outcome], densest: f64) -> Panel {
     let mut panel = Panel::new(LEFT, packing(densest), Axis::logarithmic("δ and σ", LOWEST, HIGHEST))
-        .with_title("as the paper computes it: five runs, bins of 0.1 d")
+        .with_title("analysis of the paper: five runs, bins of 0.1 d")
         .with_legend(Corner::BottomLeft)
         .line("2 %", colors::INK, Mark::Dashed, [(0.0, LINE), (densest, LINE)]);
     let palettes = [[colors::BLUE, colors::VERMILION], [colors::GREEN, colors::PURPLE]];
@@ -99,7 +99,7 @@ fn papers_measures(outcomes: &[&Outcome], densest: f64) -> Panel {
 fn modern(outcomes: &[&Outcome], densest: f64) -> Panel {
     let mut panel =
         Panel::new(RIGHT, packing(densest), Axis::new("P/(nTZ) − 1, %", -4.0, 5.0).with_numbers(9))
-            .with_title("signs, error bars, ranges of height")
+            .with_title("with error bars, over ranges of height")
             .with_legend(Corner::TopRight);
     for line in [-100.0 * LINE, 100.0 * LINE] {
         panel = panel.line("", colors::INK, Mark::Dashed, [(0.0, line), (densest, line)]);

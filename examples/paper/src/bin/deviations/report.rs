@@ -15,12 +15,12 @@ pub(crate) fn table(outcomes: &[Outcome]) -> Table {
         "in %".to_owned(),
         "largest P/(nTZ) − 1, CS".into(),
         "modified Kolafa".into(),
-        "in errors".into(),
-        "2 % beaten by a factor".into(),
+        "in standard errors".into(),
+        "2 % over the largest".into(),
         "median δ".into(),
         format!("bins with δ < 2 %, ν > {FEW}"),
         "median σ".into(),
-        "σ as a standard error".into(),
+        "standard error from σ".into(),
     ]);
     for outcome in outcomes {
         let ours = std::iter::once((outcome.case.label(), &outcome.ours));
@@ -92,7 +92,7 @@ pub(crate) fn write(outcomes: &[Outcome], report: &Report) -> Result<(), Failure
             })
         };
         report.table(&format!("figure_{panel}"),
-            "height in d; deviation (33) with its error, and scatter (32), from five runs in bins of 0.1 d, Carnahan-Starling; set 0: ours, 1 and 2: \
+            "height in d; deviation (33) with its error, and scatter (32), from five runs in bins of 0.1 d, Carnahan-Starling; set 0: default runs, 1 and 2: \
              runs as the paper made them (without --paper: from above, from below)",
             "temperature, growth_rate, decay_rate, set, height, packing_fraction, deviation, \
              deviation_error, scatter",

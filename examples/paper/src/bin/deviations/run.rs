@@ -1,4 +1,4 @@
-//! The runs: five independent replicas of ours, and the paper's five successive intervals.
+//! The runs: five independent replicas, or five successive intervals as in the paper.
 
 use super::case::{COLUMN_DENSITY, Case};
 use gradient_mc::checkpoint::Persist;
@@ -68,7 +68,7 @@ impl Run {
         sweeps * self.case.particles() as u64
     }
 
-    /// One profile, or one for each interval, and what the run says against itself.
+    /// One profile, or one for each interval, and the warnings about the run.
     pub(crate) fn measure(&self, watch: &Watch<'_>) -> Result<Measured, Failure> {
         let case = &self.case;
         let field = ExponentialField::new(case.growth_rate)?;
@@ -112,7 +112,7 @@ impl Run {
     fn gas(&self) -> Result<RandomInsertion, Failure> {
         Ok(match self.plan {
             Plan::Protocol { .. } => RandomInsertion::default(),
-            // In a field that grows, what is high weighs e^{αx} times as much.
+            // In this field a sphere at height x has e^{αx} times the weight.
             _ if self.case.growth_rate > 0.0 => RandomInsertion::new(0.5)?,
             _ => RandomInsertion::new(0.25)?,
         })
@@ -199,17 +199,17 @@ impl Run {
     pub(crate) fn describe(plan: Plan) -> String {
         match plan {
             Plan::Ours { equilibration, sweeps, .. } => format!(
-                "{RUNS} independent runs of event chains with tuned moves, from above and below by turns, {equilibration} sweeps \
-                 discarded, {sweeps} measured"
+                "{RUNS} independent runs of event chains with tuned moves, alternately from above and below, {equilibration} sweeps of \
+                equilibration, {sweeps} of production"
             ),
             Plan::Field { jumps, equilibration, sweeps, .. } => format!(
-                "the paper's field, in bins of {NOISY_BIN} that make as much counting noise here as 0.1 over 25 x 25, and its moves (0.75): \
-                 {APPROACH} sweeps of chains, {jumps} of jumps, {equilibration} of \
-                 small moves discarded, {RUNS} intervals of {sweeps} measured, once from above and once from below"
+                "the field of the paper, in bins of {NOISY_BIN} with the same counting noise as 0.1 over 25 x 25, and its moves (S = 0.75): \
+                equilibration by {APPROACH} sweeps of chains, {jumps} of jumps and {equilibration} of small moves, {RUNS} intervals of {sweeps} \
+                sweeps of production, once from above and once from below"
             ),
             Plan::Protocol { equilibration, sweeps } => format!(
-                "the paper's protocol: from n = 0.1, moves up to 0.75 (0.25 at α = 0.1), {equilibration} sweeps discarded, {RUNS} \
-                 intervals of {sweeps} measured"
+                "the protocol of the paper: from n = 0.1, moves up to 0.75 (0.25 at α = 0.1), {equilibration} sweeps of equilibration, {RUNS} \
+                intervals of {sweeps} sweeps of production"
             ),
         }
     }

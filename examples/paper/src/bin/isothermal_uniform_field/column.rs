@@ -1,4 +1,4 @@
-//! One column: from its start to the steady state, and what is measured there.
+//! One column: relaxation from its start to the steady state, and measurements.
 
 use super::layers;
 use super::protocol::{Family, HEIGHT, Task};
@@ -23,7 +23,7 @@ pub(crate) const FINE_RANGE: [f64; 2] = [0.5, 3.5];
 const BASE_RANGE: [f64; 2] = [0.5, 8.5];
 /// Branches in which the base is measured.
 const ROUNDS: u64 = 32;
-/// Sweeps of small local moves between two looks at the base, and at the order in its first layer.
+/// Sweeps of small local moves between two samples of the base and of the order in its first layer.
 const LAYERS_INTERVAL: u64 = 5;
 const FIRST_LAYER_INTERVAL: u64 = 20;
 /// The first layer, a bin of the paper's at the wall.
@@ -138,7 +138,7 @@ pub(crate) fn simulate(task: Task, watch: &Watch<'_>) -> Result<Column, Failure>
         }
     }
     let mobility = if task.mobility > 0 {
-        // The paper's moves in the steady state that ours have reached.
+        // The moves of the paper in the steady state reached by faster moves.
         let start = Positions(simulation.positions());
         let builder = Simulation::builder(scene).moves(Family::Paper.moves()?).seed(!task.seed);
         let mut simulation = builder.start(start).build()?;

@@ -15,7 +15,7 @@ use paper::{Failure, Report, Side};
 
 /// The axes end above the start at 200, to leave room.
 const HIGHEST: f64 = 300.0;
-/// Largest error bar of a plateau that still says something, by our moves and by the paper's.
+/// Largest acceptable error bar of a plateau, by faster moves and by those of the paper.
 const LARGEST_ERROR: f64 = 0.02;
 const LARGEST_ERROR_OF_PAPER: f64 = 0.2;
 
@@ -35,17 +35,17 @@ pub(crate) fn report(
         .iter()
         .filter(|column| DRAWN.contains(&column.task.temperature) && column.task.width == widest(steady))
         .collect();
-    let figure = Figure::new("Figure 2: fall of the center of mass to its plateau, N/A = 40, H = 400")
+    let figure = Figure::new("Figure 2: relaxation of the center of mass to its plateau, N/A = 40, H = 400")
         .panel(linear(&falling, states))
         .panel(inset(states)?)
         .panel(logarithmic(&falling, &ours, states));
     report.picture(
         "figure_02",
         &figure,
-        "Height of the center of mass against Monte Carlo sweeps. Left, as in the paper: its local moves, S = 0.75, from the uniform \
-         start; lines are the plateaus of the theory between walls. Inset: plateau against temperature, with the theory, and at \
-         each point the slope that follows from the fluctuations of h_c alone. Right: the same on a logarithmic scale, beside \
-         our moves from the uniform start and from a crystal on the base: all meet.",
+        "Height of the center of mass against Monte Carlo sweeps. Left, as in the paper: local moves, S = 0.75, from a random \
+        gas; lines are the plateaus of the theory between walls. Inset: plateau against temperature, with the theory, and at \
+        each point the slope computed from the fluctuations of h_c. Right: the same on a logarithmic scale, with tuned local moves or \
+        event chains from a random gas and from a crystal on the base; all reach the same plateau.",
     )?;
     write_tables(states, &falling, &ours, report)?;
     plateaus(states, report)?;
@@ -96,7 +96,7 @@ fn linear(falling: &[&Column], states: &[State<'_>]) -> Panel {
     let end = last_sweep(falling) / 1000.0;
     let mut panel = Panel::new(
         place,
-        Axis::new("sweeps t / 1000, the paper's moves", 0.0, end),
+        Axis::new("sweeps t / 1000, moves of the paper", 0.0, end),
         Axis::new("h_c / d", 0.0, HIGHEST).with_numbers(8),
     );
     for state in states.iter().filter(|state| DRAWN.contains(&state.temperature)) {
@@ -131,7 +131,7 @@ fn inset(states: &[State<'_>]) -> Result<Panel, Failure> {
         let (temperature, reach) = (state.temperature, 3.5);
         let tangent = [-reach, reach]
             .map(|step| (temperature + step, state.center_of_mass.mean + step * state.response.mean));
-        let label = if number == 0 { "slope by fluctuation" } else { "" };
+        let label = if number == 0 { "slope from fluctuations" } else { "" };
         panel = panel.line(label, colors::VERMILION, Mark::Dashed, tangent);
     }
     let points = states.iter().map(|state| Point::of(state.temperature, state.center_of_mass));
@@ -155,7 +155,7 @@ fn logarithmic(falling: &[&Column], ours: &[&Column], states: &[State<'_>]) -> P
     for column in falling {
         let temperature = column.task.temperature;
         panel = panel.points(
-            &format!("T₀ = {temperature}, the paper's moves"),
+            &format!("T₀ = {temperature}, moves of the paper"),
             color_of(temperature),
             Mark::Dots,
             dots(thinned(&column.center_of_mass, grown)),
@@ -191,8 +191,8 @@ fn write_tables(
     });
     report.table(
         "figure_02",
-        "temperature in m g d; width of the base and height in d; paper_moves: 1 for its moves, 0 for ours; from_above: 1 for the \
-         uniform start, 0 for the compact one; means over intervals of sweeps",
+        "temperature in m g d; width of the base and height in d; paper_moves: 1 for the moves of the paper, 0 for others; from_above: 1 for \
+        the random start, 0 for the close-packed one; means over intervals of sweeps",
         "temperature, base_width, paper_moves, from_above, sweep, center_of_mass",
         rows,
     )?;
@@ -231,7 +231,7 @@ fn plateaus(states: &[State<'_>], report: &mut Report) -> Result<(), Failure> {
             error,
             largest_error,
         );
-        // Four errors, and what the theory does not know.
+        // Four standard errors, and the uncertainty of the theory.
         let reach = 4.0 * measured.standard_error + accuracy;
         let mut near = |claim: &str, expected: f64| {
             verdicts.between(
@@ -246,13 +246,13 @@ fn plateaus(states: &[State<'_>], report: &mut Report) -> Result<(), Failure> {
         };
         near("theory between walls", state.theory.kolafa.center_of_mass());
         near(
-            "White Bear II with the Carnahan-Starling equation in it made good",
+            "White Bear II, corrected for the error of the Carnahan-Starling equation",
             state.theory.corrected_white_bear(),
         );
         if let (Some(above), Some(below)) = (state.from(Side::Above), state.from(Side::Below)) {
             verdicts.agrees(
                 "2",
-                &format!("h_c at T = {temperature} from above, {above}, less from below, {below}"),
+                &format!("h_c at T = {temperature} from above, {above}, minus from below, {below}"),
                 difference(above, below),
                 (0.0, 4.0),
                 3.0 * largest_error,
@@ -262,7 +262,7 @@ fn plateaus(states: &[State<'_>], report: &mut Report) -> Result<(), Failure> {
         if let (Some(over_wide), Some(over_narrow)) = (state.over(wide), state.over(narrow)) {
             verdicts.agrees(
                 "2",
-                &format!("h_c at T = {temperature} over {narrow} x {narrow}, {over_narrow}, less over {wide} x {wide}, {over_wide}"),
+                &format!("h_c at T = {temperature} over {narrow} x {narrow}, {over_narrow}, minus over {wide} x {wide}, {over_wide}"),
                 difference(over_narrow, over_wide),
                 (0.0, 4.0),
                 3.0 * largest_error,
@@ -279,7 +279,7 @@ fn slopes(states: &[State<'_>], report: &mut Report) {
         report.verdicts.agrees(
             "2 inset",
             &format!(
-                "slope dh_c/dT at T = {temperature} by the fluctuations of h_c, theory {:.3}",
+                "slope dh_c/dT at T = {temperature} from the fluctuations of h_c, theory {:.3}",
                 state.theory.slope
             ),
             state.response,
@@ -305,7 +305,7 @@ fn slopes(states: &[State<'_>], report: &mut Report) {
     }
 }
 
-/// The paper's own moves come to the same plateau, and when.
+/// Claims that the moves of the paper reach the same plateau, and after how many sweeps.
 ///
 /// A run of one column holds few independent heights, too few for an error bar of its own: the
 /// plateau, over the last third of the sweeps, is compared in units of the standard deviation of
@@ -317,7 +317,7 @@ fn paper_moves(states: &[State<'_>], falling: &[&Column], report: &mut Report) {
         let Some(state) = states.iter().find(|state| state.temperature == temperature) else { continue };
         let simulated = state.columns.iter().any(|column| column.task.family != Family::Paper);
         let (plateau, whose) = if simulated {
-            (state.center_of_mass.mean, format!("that by ours, {}", state.center_of_mass))
+            (state.center_of_mass.mean, format!("that by faster moves, {}", state.center_of_mass))
         } else {
             // With the paper's protocol there is no other simulation.
             let theory = state.theory.kolafa.center_of_mass();
@@ -326,14 +326,14 @@ fn paper_moves(states: &[State<'_>], falling: &[&Column], report: &mut Report) {
         let deviation = temperature * libm::sqrt(state.theory.slope / column.task.particles() as f64);
         let steady = steady_from(&column.center_of_mass)
             .map_or("not before the second half".into(), |sweep| format!("from sweep {sweep} on"));
-        println!("T = {temperature:2}, the paper's moves: steady {steady}; {:.1} CPU s", column.busy);
+        println!("T = {temperature:2}, moves of the paper: steady {steady}; {:.1} CPU s", column.busy);
         let smooth = thinned(&column.center_of_mass, |sweep| f64::max(1.02 * sweep, 100.0));
         let arrival = smooth.iter().find(|(_, height)| *height < plateau + deviation);
         report.verdicts.at_most(
             "2",
             &format!(
-                "sweeps of the paper's moves until h_c at T = {temperature} is within one standard deviation, {deviation:.2}, of \
-                 the plateau; it discards 500000"
+                "sweeps of the moves of the paper until h_c at T = {temperature} is within one standard deviation, {deviation:.2}, of \
+                the plateau; the paper discards 500000"
             ),
             Estimate::exact(arrival.map_or(f64::NAN, |&(sweep, _)| sweep)),
             500_000.0,
@@ -344,8 +344,8 @@ fn paper_moves(states: &[State<'_>], falling: &[&Column], report: &mut Report) {
         report.verdicts.between(
             "2",
             &format!(
-                "h_c at T = {temperature} over the last third by the paper's moves, {mean:.2}, less {whose}, in \
-                 standard deviations of h_c"
+                "h_c at T = {temperature} over the last third by the moves of the paper, {mean:.2}, minus {whose}, in \
+                standard deviations of h_c"
             ),
             Estimate::exact((mean - plateau) / deviation),
             -2.0,
@@ -354,7 +354,7 @@ fn paper_moves(states: &[State<'_>], falling: &[&Column], report: &mut Report) {
     }
 }
 
-/// How soon our moves are steady: before the measurement began.
+/// Claims that the columns are steady before production.
 fn relaxation(steady: &[Column], report: &mut Report) {
     for temperature in TEMPERATURES {
         let columns = steady.iter().filter(|column| column.task.temperature == temperature);
@@ -362,13 +362,15 @@ fn relaxation(steady: &[Column], report: &mut Report) {
         for column in columns {
             let sweeps = steady_from(&column.center_of_mass).map_or(f64::INFINITY, |sweep| sweep as f64);
             let side = if column.task.side == Side::Above { "above" } else { "below" };
-            let time =
-                column.steady().autocorrelation().map_or("more than a fiftieth of it".into(), |found| {
+            let time = column.steady().autocorrelation().map_or(
+                "(unknown: more than 1/50 of the run)".into(),
+                |found| {
                     let scale = column.task.interval as f64;
                     (scale * found.time).to_string()
-                });
+                },
+            );
             println!(
-                "T = {temperature:2}, {}, {} wide, from {side}: steady from sweep {sweeps} on; h_c {}, correlation time {time} sweeps, {:.1} CPU s",
+                "T = {temperature:2}, {}, {} wide, from {side}: steady from sweep {sweeps} on; h_c {}, autocorrelation time {time} sweeps, {:.1} CPU s",
                 column.task.family.name(),
                 column.task.width,
                 column.steady().estimate().map_or("too short".into(), |height| height.to_string()),
@@ -382,7 +384,7 @@ fn relaxation(steady: &[Column], report: &mut Report) {
             report.verdicts.at_most(
                 "2",
                 &format!(
-                    "sweeps of {} until T = {temperature} is steady, the slowest column; so many are discarded",
+                    "sweeps of {} until the slowest column at T = {temperature} is steady; at most those of equilibration",
                     column.task.family.name()
                 ),
                 Estimate::exact(sweeps),

@@ -10,7 +10,7 @@ use paper::groups::{edges_of_equal_numbers, farthest_from_zero, magnitude, means
 use paper::row;
 use paper::{Failure, Report};
 
-/// Below this height there are layers, which the local theory does not know.
+/// Below this height there are layers, which the local theory does not describe.
 pub(crate) const BULK_BEGINS: f64 = 8.0;
 /// Where the theory's packing fraction falls below this, the paper's figure 3a has left the axis.
 const DILUTE: f64 = 0.01;
@@ -29,13 +29,13 @@ pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Fa
         "figure_03a",
         &Figure::new("Figure 3a: number density against height at steady state").panel(linear(drawn())?),
         "Number density against height for three temperatures; lines are hydrostatics between walls with the modified \
-         Kolafa-Labík-Malijevský equation. Bins of 0.5 d, some of them; the layers at the base are in figure 4.",
+         Kolafa-Labík-Malijevský equation. Some of the bins of 0.5 d are drawn; the layers at the base are in figure 4.",
     )?;
     report.picture(
         "figure_03b",
         &Figure::new("Figure 3b: number density against height, logarithmic").panel(logarithmic(drawn())?),
-        "The same on a logarithmic scale. Full lines: the ideal gas of the same chemical potential, which every column becomes \
-         at its top. Dashed: the theory of figure 3a.",
+        "The same on a logarithmic scale. Full lines: the ideal gas of the same chemical potential, \
+        the limit at the dilute top. Dashed: the theory of figure 3a.",
     )?;
     let mut rows = Vec::new();
     for state in states {
@@ -165,7 +165,7 @@ fn bulk(state: &State<'_>, report: &mut Report) -> Result<(), Failure> {
     let theory = &state.theory.kolafa;
     for (name, largest_allowed, lowest_packing, profile) in [
         ("theory between walls", 0.01, DILUTE, theory),
-        ("the paper's eq. (27), which knows no wall", 0.02, DENSE, &state.theory.paper),
+        ("eq. (27) of the paper, without walls", 0.02, DENSE, &state.theory.paper),
     ] {
         let highest = height_of(state, lowest_packing);
         let ranges = ranges_between(&edges_of_equal_numbers(theory, [BULK_BEGINS, highest], GROUPS));
@@ -212,7 +212,7 @@ fn top(state: &State<'_>, report: &mut Report) -> Result<(), Failure> {
     let wrong = deviations(state, &range, |height| base * libm::exp(-height / temperature))?;
     report.verdicts.at_least(
         "3b",
-        &format!("the same if the gas began with the density of the base, T = {temperature}: far off"),
+        &format!("the same for an ideal gas with the density at the base as prefactor, T = {temperature}: wrong by a factor"),
         1.0 + wrong[0],
         2.0,
     );
@@ -220,7 +220,7 @@ fn top(state: &State<'_>, report: &mut Report) -> Result<(), Failure> {
     let lid = state.profile.jackknife(|bins| means_over(bins, &uppermost, |bin| bin.number_density))?;
     report.verdicts.at_most(
         "3b",
-        &format!("density in the uppermost 20 d at T = {temperature}; the paper has 1e-4 at most"),
+        &format!("density in the uppermost 20 d at T = {temperature}; at most 1e-4 in the paper"),
         lid[0],
         1e-4,
     );

@@ -30,8 +30,9 @@ pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Fa
         "figure_04",
         &figure,
         "Number density near the base in bins of 0.1 d (points), and the functionals White Bear II (lines) and that of Lutsko which \
-         is stable (dashed) in the same bins; the others are in the picture of the layered base. Five clear layers at T₀ = 5, fewer at higher temperatures. Inset: lateral radial distribution of the spheres in the lowest bin at T₀ = 5, \
-         that of a liquid.",
+         is stable (dashed) in the same bins; the others are in the picture of the layered base. Five clear layers \
+         at T₀ = 5, fewer at higher temperatures. Inset: lateral radial distribution function of the spheres in the lowest bin at T₀ = 5, \
+         as in a liquid.",
     )?;
     write_tables(states, densest.temperature, &radial, report)?;
     claims(states, densest.temperature, &radial, report);
@@ -113,11 +114,11 @@ fn claims(states: &[State<'_>], densest: f64, radial: &[RadialDistributionPoint]
     for state in states {
         let temperature = state.temperature;
         let claim =
-            format!("clear layers at T = {temperature}: set apart by minima of visibility {}", Layer::CLEAR);
+            format!("clear layers at T = {temperature}, separated by minima of visibility {}", Layer::CLEAR);
         if temperature == DENSEST {
             // The paper's eye sees five; the simulation's sixth is just above this visibility, the
             // functional's just below.
-            verdicts.between("4", &format!("{claim}; the paper sees five"), count(state), 5.0, 6.0);
+            verdicts.between("4", &format!("{claim}; five in the paper"), count(state), 5.0, 6.0);
         } else if temperature > COUNTED {
             // Fewer than in the column before, which is colder.
             let colder = states.iter().rev().find(|colder| colder.temperature < temperature);
@@ -150,7 +151,7 @@ fn claims(states: &[State<'_>], densest: f64, radial: &[RadialDistributionPoint]
     let far = radial.iter().filter(|point| point.distance > FAR).map(|point| point.radial_distribution - 1.0);
     verdicts.at_most(
         "4 inset",
-        &format!("largest |g − 1| beyond {FAR} d: no order of long range"),
+        &format!("largest |g − 1| beyond {FAR} d: no long-range order"),
         magnitude(farthest_from_zero(far)),
         0.1,
     );

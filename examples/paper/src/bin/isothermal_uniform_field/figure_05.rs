@@ -30,9 +30,9 @@ pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Fa
     report.picture(
         "figure_05",
         &figure,
-        "Left, as in the paper: mean length of the accepted displacements of its moves (S = 0.75) against height, in the steady \
-         state; dashed: the exact value of a dilute gas. At T₀ = 5 it falls near the base. Right: the same against the theory's \
-         packing fraction at that height: both temperatures lie on one curve, so the fall is that of any dense fluid.",
+        "Left, as in the paper: mean length of the accepted displacements of local moves (S = 0.75) against height, in the steady \
+        state; dashed: the exact value of a dilute gas. At T₀ = 5 it decreases near the base. Right: the same against the packing \
+        fraction of the theory at this height: both temperatures give one curve, so the decrease is that of any dense fluid.",
     )?;
     report.table(
         "figure_05",
@@ -154,8 +154,8 @@ fn claims(measured: &[Mobility<'_>], report: &mut Report) {
         verdicts.between(
             "5",
             &format!(
-                "Δr at the dilute top at T = {temperature}, within 4 errors and 1 % of the exact {exact:.4}: spheres that are \
-                 still in the way, and trials that would leave their domain, are not in it"
+                "Δr at the dilute top at T = {temperature}, within 4 errors and 1 % of {exact:.4}, which is exact without \
+                collisions and without trials that leave their domain"
             ),
             gas,
             0.99 * exact - 4.0 * gas.standard_error,
@@ -166,9 +166,9 @@ fn claims(measured: &[Mobility<'_>], report: &mut Report) {
         let claim =
             format!("Δr between {} and {} d over that of a dilute gas, T = {temperature}", NEAR[0], NEAR[1]);
         if temperature < 10.0 {
-            verdicts.at_most("5", &format!("{claim}: falls sharply"), ratio, 0.5);
+            verdicts.at_most("5", &format!("{claim}: strong decrease"), ratio, 0.5);
         } else {
-            verdicts.at_least("5", &format!("{claim}: still a fluid with room"), ratio, 0.5);
+            verdicts.at_least("5", &format!("{claim}: weak decrease"), ratio, 0.5);
         }
     }
     if let [cold, hot] = measured {

@@ -39,7 +39,7 @@ pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Fa
         "layered_base",
         &figure,
         "Above: number density near the base in bins of 0.1 d (points), the White Bear II functional (line) and the local theory \
-         between walls (dashed). Below, on their own scales: deviation from White Bear II of the simulation (points) and of the other functionals (lines, named above at T₀ = 30).",
+         between walls (dashed). Below, with different scales: deviations of the simulation (points) and of the other functionals (lines, legend at T₀ = 30) from White Bear II.",
     )?;
     write_tables(states, report)?;
     claims(states, report)
@@ -89,7 +89,7 @@ fn density_point((height, density): &(f64, Estimate)) -> Point {
     Point::of(*height, *density)
 }
 
-/// Simulation over functional, less 1, with its error, for every bin that both have.
+/// Simulation over functional, minus 1, with its error, for every common bin.
 fn from_functional<'a>(
     state: &'a State<'_>,
     functional: &'a Layers,
@@ -223,7 +223,7 @@ fn independently(state: &State<'_>, report: &mut Report) -> Result<(), Failure> 
     report.verdicts.at_most(
         "base",
         &format!(
-            "largest difference between n(x) in bins of 0.1 and an independent program's, in errors, T = {}",
+            "largest difference between n(x) in bins of 0.1 and an independent program, in standard errors, T = {}",
             state.temperature
         ),
         Estimate::exact(largest(differences)),
@@ -242,7 +242,7 @@ fn two_routes(state: &State<'_>, report: &mut Report) {
     report.verdicts.at_most(
         "base",
         &format!(
-            "largest difference between n(x) in bins of 0.1 by small local moves and by {}, in errors, T = {}",
+            "largest difference between n(x) in bins of 0.1 by small local moves and by {}, in standard errors, T = {}",
             state.columns.first().map_or("", |column| column.task.family.name()),
             state.temperature
         ),
@@ -266,14 +266,19 @@ fn against_functional(state: &State<'_>, report: &mut Report) {
         "rms of n/n(White Bear II) − 1 at T = {temperature} in bins of 0.1, x < {HIGHEST}, of which noise {noise:.4}"
     );
     if temperature < 10.0 {
-        verdicts.at_least("base", &format!("{claim}: the functional fails here"), deviation, 3.0 * noise);
+        verdicts.at_least(
+            "base",
+            &format!("{claim}: the functional is inaccurate here"),
+            deviation,
+            3.0 * noise,
+        );
     } else {
         verdicts.at_most("base", &claim, deviation, 0.02);
         let beyond = from_functional(state, white_bear)
             .map(|(_, bin)| (bin.mean.abs() - FUNCTIONAL) / bin.standard_error);
         verdicts.at_most(
             "base",
-            &format!("the largest of these at T = {temperature} less {FUNCTIONAL}, in errors"),
+            &format!("the largest of these at T = {temperature} minus {FUNCTIONAL}, in standard errors"),
             Estimate::exact(largest(beyond)),
             3.0,
         );
@@ -291,7 +296,7 @@ fn against_functional(state: &State<'_>, report: &mut Report) {
         verdicts.between(
             "base",
             &format!(
-                "{name}: place of its peak within {reach} and four errors of White Bear II's {position:.3}"
+                "{name}: position of its peak, within {reach} and four errors of White Bear II, {position:.3}"
             ),
             layer.binned_position,
             position - allowed,
@@ -300,7 +305,7 @@ fn against_functional(state: &State<'_>, report: &mut Report) {
         if temperature > 10.0 {
             verdicts.between(
                 "base",
-                &format!("{name}: n of the highest, White Bear II {height:.4}"),
+                &format!("{name}: largest n, White Bear II {height:.4}"),
                 layer.binned_height,
                 (1.0 - FUNCTIONAL) * height,
                 (1.0 + FUNCTIONAL) * height,

@@ -1,4 +1,4 @@
-//! Layers in a density profile: which are there, where, and how high.
+//! Layers in a density profile: their number, positions and heights.
 
 use super::column::{FINE_BIN_WIDTH, FINE_RANGE};
 use super::log_polynomial::LogPolynomial;
@@ -26,13 +26,13 @@ pub(crate) struct Layer {
     /// Where n(x) is largest and how large it is, by a cubic for ln n over narrow bins.
     pub(crate) position: Estimate,
     pub(crate) height: Estimate,
-    /// The same as bins of 0.1 tell it, for comparison with what is known in such bins only: vertex
-    /// of a parabola through three bins, and the mean of the highest.
+    /// The same from bins of 0.1, for comparison with references in such bins: vertex of a parabola
+    /// through three bins, and the mean of the highest bin.
     pub(crate) binned_position: Estimate,
     pub(crate) binned_height: Estimate,
 }
 
-/// What the profile at a base shows.
+/// The layers of a profile at a base.
 #[derive(Debug, Clone)]
 pub(crate) struct Base {
     /// Middles and densities of bins of 0.1.

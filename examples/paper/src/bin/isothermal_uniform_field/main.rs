@@ -4,18 +4,18 @@
 //!
 //! | figure | content |
 //! |---|---|
-//! | 2 | height of the center of mass against sweeps, by the paper's moves and by ours; inset: plateau against T₀ |
+//! | 2 | height of the center of mass against sweeps, with the moves of the paper and with event chains; inset: plateau against T₀ |
 //! | 3a, 3b | density against height with theory; on a logarithmic scale with the ideal gas |
-//! | 4 | layers at the base; inset: lateral radial distribution of the first |
+//! | 4 | layers at the base; inset: lateral radial distribution function of the first layer |
 //! | 5 | mean accepted displacement against height |
 //! | 6 | equation of state |
-//! | layered base | what the paper leaves out: against density functional theory and the contact theorem |
+//! | layered base | not in the paper: comparison with density functional theory and the contact theorem |
 //!
-//! Columns of two bases come to their steady state from far above and from far below. Each figure
-//! is a CSV file, a PNG and an SVG, and makes claims that the data decide: the exit code is 1 if
-//! one fails.
+//! Columns with two bases relax to the steady state from far above and from far below. Each figure
+//! is a CSV file, a PNG and an SVG, and has claims that are tested with the data: the exit code is
+//! 1 if one fails.
 
-// Temperatures and widths are labels here: copied, never computed.
+// Temperatures and widths are copied and never computed.
 #![allow(clippy::float_cmp)]
 
 #[macro_use]
@@ -70,8 +70,12 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     let busy: f64 = states.iter().map(State::busy).sum();
     let fell: f64 = falling.iter().map(|column| column.busy).sum();
     println!(
-        "{busy:.0} CPU s for the columns that are measured{}; {:.0} s on {} threads. Errors are one standard error.",
-        if fell > 0.0 { format!(", {fell:.0} for the fall by the paper's moves") } else { String::new() },
+        "{busy:.0} CPU s for the measured columns{}; {:.0} s on {} threads. Errors are one standard error.",
+        if fell > 0.0 {
+            format!(", {fell:.0} for the relaxation by the moves of the paper")
+        } else {
+            String::new()
+        },
         started.elapsed().as_secs_f64(),
         replicas::thread_count(session.threads)
     );

@@ -1,4 +1,4 @@
-//! What is simulated: the command line, made definite.
+//! The command line, and the protocol of the runs.
 
 use gradient_mc::Slab;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
@@ -10,22 +10,22 @@ use std::fmt;
 /// the layers at its base.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Arguments {
-    /// The full protocol of the paper: base of 25 x 25, its moves, uniform start, 500000 sweeps,
-    /// then 500000 that are measured (hours)
+    /// Use the full protocol of the paper: base 25 x 25, its moves, random start, 500000 sweeps of
+    /// equilibration, 500000 of production (hours)
     #[arg(long)]
     pub(crate) paper: bool,
 
-    /// With --paper: another side of the base, 4 to 100 diameters; the time goes with its square
+    /// With --paper: side of the base, 4 to 100 diameters; the time is proportional to its square
     #[arg(long, default_value_t = 25.0, value_parser = width, requires = "paper")]
     pub(crate) width: f64,
 
-    /// With --paper: this temperature, 5, 15, 20 or 30, and no other; may be given several times
+    /// With --paper: only this temperature, 5, 15, 20 or 30 m g d; may be given several times
     #[arg(long = "temperature", value_parser = temperature, requires = "paper")]
     pub(crate) temperatures: Vec<f64>,
 }
 
 impl Arguments {
-    /// What is simulated, the densest first.
+    /// The temperatures that are simulated, the densest column first.
     pub(crate) fn temperatures(&self) -> impl Iterator<Item = f64> {
         TEMPERATURES
             .into_iter()
@@ -36,7 +36,7 @@ impl Arguments {
 fn temperature(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(temperature) if TEMPERATURES.contains(&temperature) => Ok(temperature),
-        Ok(_) => Err("take 5, 15, 20 or 30".into()),
+        Ok(_) => Err("use 5, 15, 20 or 30".into()),
         Err(error) => Err(format!("{error}")),
     }
 }
@@ -44,7 +44,7 @@ fn temperature(text: &str) -> Result<f64, String> {
 fn width(text: &str) -> Result<f64, String> {
     match text.parse() {
         Ok(width) if (4.0..=100.0).contains(&width) => Ok(width),
-        Ok(_) => Err("take 4 to 100".into()),
+        Ok(_) => Err("use 4 to 100".into()),
         Err(error) => Err(format!("{error}")),
     }
 }
@@ -57,18 +57,17 @@ pub(crate) const COLUMN_DENSITY: f64 = 40.0;
 pub(crate) const PAPER_DISPLACEMENT: f64 = 0.75;
 /// Temperatures T₀ in m g d: those of the paper's figures 2 to 6, the densest first.
 pub(crate) const TEMPERATURES: [f64; 4] = [5.0, 15.0, 20.0, 30.0];
-/// Those that the paper draws together (20 stands in figure 5 alone).
+/// Temperatures drawn in most figures (20 only in figure 5).
 pub(crate) const DRAWN: [f64; 3] = [5.0, 15.0, 30.0];
 
-/// What the sweeps of a column consist of.
+/// The moves of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Family {
-    /// The paper's: displacements up to 0.75 along each axis.
+    /// Local moves as in the paper: displacements up to 0.75 along each axis.
     Paper,
-    /// Displacements whose sizes are tuned, jumps among them: the fastest where the base is not
-    /// dense.
+    /// Tuned local moves, which are fastest if the base is not dense.
     Tuned,
-    /// Event chains with those in between.
+    /// Event chains with tuned local moves between them.
     Chains,
 }
 
@@ -89,7 +88,7 @@ impl Family {
 
     pub(crate) fn name(self) -> &'static str {
         match self {
-            Self::Paper => "the paper's moves",
+            Self::Paper => "moves of the paper",
             Self::Tuned => "tuned local moves",
             Self::Chains => "event chains with tuned local moves",
         }
@@ -108,7 +107,7 @@ pub(crate) struct Task {
     pub(crate) family: Family,
     pub(crate) equilibration: u64,
     pub(crate) production: u64,
-    /// Sweeps between two looks at the configuration.
+    /// Sweeps between two samples.
     pub(crate) interval: u64,
     /// Sweeps of small local moves, from the steady state, in which the layers at the base are
     /// measured.
@@ -224,7 +223,7 @@ impl Protocol {
         Self { steady, falling }
     }
 
-    /// A column by our moves: chains where the base is dense, so long that both plateaus are known.
+    /// A column with fast moves: chains if the base is dense.
     fn column(temperature: f64, base: Task, scaled: &impl Fn(f64) -> u64) -> Task {
         let (family, equilibration, production) = match temperature {
             5.0 => (Family::Chains, 1500.0, 7000.0),
@@ -236,7 +235,7 @@ impl Protocol {
         Task { temperature, family, equilibration, production, interval: 5, ..base }
     }
 
-    /// All columns: first those that are measured.
+    /// All columns, the measured ones first.
     pub(crate) fn tasks(&self) -> impl Iterator<Item = &Task> {
         self.steady.iter().chain(&self.falling)
     }
@@ -245,7 +244,7 @@ impl Protocol {
 impl fmt::Display for Protocol {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let describe = |formatter: &mut fmt::Formatter<'_>, task: &Task| {
-            let start = if task.side == Side::Above { "uniform" } else { "compact" };
+            let start = if task.side == Side::Above { "random" } else { "close-packed" };
             writeln!(
                 formatter,
                 "T = {:2}: {:5} spheres over {} x {}, {start} start, {}, {} + {} sweeps, seed {}",

@@ -9,7 +9,7 @@ use gradient_mc::statistics::Estimate;
 use gradient_mc::{Error, Merge};
 use paper::{Failure, Side};
 
-/// What is known of the steady state at one temperature.
+/// Results for the steady state at one temperature.
 pub(crate) struct State<'a> {
     pub(crate) temperature: f64,
     pub(crate) columns: Vec<&'a Column>,
@@ -75,7 +75,7 @@ impl<'a> State<'a> {
         center_of_mass(self.columns.iter().copied().filter(|column| column.task.width == width)).ok()
     }
 
-    /// What the contact theorem demands: weight over temperature.
+    /// Contact density by the contact theorem: weight over temperature.
     pub(crate) fn contact_density(&self) -> f64 {
         COLUMN_DENSITY / self.temperature
     }

@@ -20,7 +20,7 @@ pub(crate) fn steady_from(series: &CenterOfMass) -> Option<u64> {
         squares += value * value;
         count += 1.0;
         let error = (squares - sum * sum / count) / (count * count);
-        // The last few numbers always look alike.
+        // The last few numbers are always similar.
         if count >= 16.0 && best.is_none_or(|(least, _)| error < least) {
             best = Some((error, start));
         }

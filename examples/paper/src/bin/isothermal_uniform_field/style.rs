@@ -1,4 +1,4 @@
-//! How the figures look.
+//! Style of the figures.
 
 use super::protocol::TEMPERATURES;
 use paper::figure::{Place, RGBColor, colors};

@@ -17,7 +17,7 @@ pub(crate) struct Theory {
     pub(crate) kolafa: HydrostaticProfile,
     /// The same with Carnahan-Starling.
     pub(crate) carnahan_starling: HydrostaticProfile,
-    /// The paper's eq. (27), which knows no wall: from x = 0 on.
+    /// Eq. (27) of the paper, without walls: from x = 0 on.
     pub(crate) paper: HydrostaticProfile,
     /// Derivative of its center of mass by temperature.
     pub(crate) slope: f64,
@@ -25,7 +25,7 @@ pub(crate) struct Theory {
     pub(crate) functionals: Vec<Layers>,
 }
 
-/// What a density functional says of a column.
+/// The results of a density functional for a column.
 #[derive(Debug, Clone)]
 pub(crate) struct Layers {
     pub(crate) name: &'static str,
@@ -78,8 +78,7 @@ impl Theory {
         &self.functionals[functionals::WHITE_BEAR_2]
     }
 
-    /// What White Bear II would say if it were made of the better equation of state, as far as the
-    /// local theory tells the difference.
+    /// White Bear II corrected for its equation of state, by the difference in the local theory.
     pub(crate) fn corrected_white_bear(&self) -> f64 {
         self.white_bear().center_of_mass + self.kolafa.center_of_mass()
             - self.carnahan_starling.center_of_mass()

@@ -59,7 +59,7 @@ impl Column {
         self.run(RandomInsertion::default(), stage, seed, watch)
     }
 
-    /// Runs a stage and looks at the column all the while.
+    /// Runs a stage and samples the column.
     fn run(
         &self,
         start: impl Start + 'static,

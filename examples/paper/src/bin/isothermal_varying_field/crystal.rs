@@ -30,7 +30,7 @@ pub(crate) struct Stand {
     pub(crate) height: f64,
 }
 
-/// A crystal and what it is like.
+/// A crystal and its structure.
 #[derive(Debug, Clone)]
 pub(crate) struct Crystal {
     pub(crate) base: Base,
@@ -78,7 +78,7 @@ pub(crate) fn sweeps(protocol: &Protocol) -> u64 {
 
 type Running = Simulation<ExponentialField, Isothermal>;
 
-/// Grows a crystal and looks at it.
+/// Grows a crystal and measures it.
 pub(crate) fn grow(
     base: Base,
     protocol: &Protocol,
@@ -101,7 +101,7 @@ fn watch_growth(
     watch: &Watch<'_>,
 ) -> Result<(Running, Vec<Stand>), Failure> {
     const LOOKS: u64 = 30;
-    /// Frames of each look.
+    /// Number of frames of each sample.
     const FRAMES: u64 = 40;
     let slab = base.slab()?;
     let mut rate = protocol.growth.rate(0.0);
@@ -224,7 +224,7 @@ impl<O: Persist> Persist for AllOf<O> {
 }
 
 impl Crystal {
-    /// All layers that can be told, upwards.
+    /// All resolved layers, upwards.
     pub(crate) fn layers(&self) -> Result<Vec<Layer>, Failure> {
         Ok(self.density.layers(LEAST_VISIBILITY)?)
     }

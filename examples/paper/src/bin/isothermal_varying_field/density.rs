@@ -150,7 +150,7 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
         let expected = mean_between(&ideal, tail[0]);
         let off = 100.0 * (mean / expected - 1.0);
         let claim = format!(
-            "{}: deviation of n from the ideal gas of the activity of theory, 0.0005 < n < 0.004, {off} %, in errors",
+            "{}: deviation of n from the ideal gas of the activity of theory, 0.0005 < n < 0.004, {off} %, in standard errors",
             fluid.label()
         );
         verdicts.between("8b", &claim, Estimate::exact(off.deviation_from(0.0)), -4.0, 4.0);

@@ -15,7 +15,7 @@ use paper::{Failure, Report};
 
 /// Where the layers at the wall end.
 const BULK_BEGINS: f64 = 8.0;
-/// Least density that counts: below, there are too few spheres.
+/// Smallest density that is used; below it there are too few spheres.
 const LEAST_DENSITY: f64 = 0.02;
 
 /// A range of heights: packing fraction, P/T, and P/(nTZ) − 1 for two equations of state.
@@ -59,7 +59,7 @@ fn of_fluid(fluid: &Fluid, width: f64) -> Result<Vec<Band>, Failure> {
     bands(&fluid.profile, BULK_BEGINS, top, width)
 }
 
-/// What lies above the crystal: fluid too, once the layers over the front are left out.
+/// The fluid above the crystal, without the layers above the front.
 fn of_crystal(crystal: &Crystal, width: f64) -> Result<Vec<Band>, Failure> {
     bands(&crystal.profile, (crystal.fronts()?.bonds.mean + 3.0).ceil(), 42.0, width)
 }

@@ -48,7 +48,7 @@ pub(crate) fn draw(results: &Results, report: &mut Report) -> Result<(), Failure
         Axis::new("height x / d", 0.0, 40.0),
         Axis::new("share of the spheres", 0.0, 1.6),
     )
-    .with_title(&format!("surroundings of a sphere, base {}", crystal.base))
+    .with_title(&format!("local structure, base {}", crystal.base))
     .with_legend(Corner::TopRight);
     let points = crystal.structure.points()?;
     for (label, color, share) in [
@@ -62,7 +62,7 @@ pub(crate) fn draw(results: &Results, report: &mut Report) -> Result<(), Failure
     }
     let front = crystal.fronts()?.bonds.mean;
     made_of = made_of.line(
-        "front: half of them crystalline",
+        "front: half of the spheres are crystalline",
         colors::INK,
         Mark::Dashed,
         [(front, 0.0), (front, 1.05)],
@@ -70,7 +70,11 @@ pub(crate) fn draw(results: &Results, report: &mut Report) -> Result<(), Failure
     let figure = Figure::new("The crystal at α = 0.1, grown from the fluid   (T = 20, N/A = 40)")
         .panel(height)
         .panel(made_of);
-    report.picture("crystal", &figure, "The crystal at α = 0.1: its growth, and the shares of face-centered, hexagonal and fluid spheres over height")?;
+    report.picture(
+        "crystal",
+        &figure,
+        "The crystal at α = 0.1: its growth, and the shares of fcc, hcp and fluid spheres against height",
+    )?;
     write(results, report)
 }
 
@@ -121,11 +125,11 @@ pub(crate) fn table(results: &Results) -> Result<Table, Failure> {
     let theory =
         |crystal: &Crystal| frozen_theory(Column { rate: Protocol::CRYSTAL_RATE, base: crystal.base });
     row("spheres", &|crystal| Ok(crystal.particles.to_string()))?;
-    row("sweeps of growth, of measurement", &|crystal| {
+    row("sweeps of growth, of production", &|crystal| {
         Ok(format!("{}, {}", crystal.growth_sweeps, crystal.sweeps))
     })?;
     row("center of mass / d", &|crystal| Ok(crystal.center_of_mass.estimate()?.to_string()))?;
-    row("  its drift over the measurement", &|crystal| Ok(crystal.center_of_mass.drift()?.to_string()))?;
+    row("  drift during production", &|crystal| Ok(crystal.center_of_mass.drift()?.to_string()))?;
     row("  hydrostatics, unstrained crystal", &|crystal| {
         Ok(format!("{:.3}", theory(crystal)?.center_of_mass()))
     })?;
@@ -145,24 +149,28 @@ pub(crate) fn table(results: &Results) -> Result<Table, Failure> {
         let area = crystal.base.0[0] * crystal.base.0[1];
         Ok((area * lateral).to_string())
     })?;
-    row("  of the lattice with a = 1.08 that fits best", &|crystal| {
+    row("  of the best fitting lattice with a = 1.08", &|crystal| {
         let fit = best_fit(crystal.base, REFERENCE_CONSTANT).ok_or("no lattice fits")?;
         Ok(format!("{} ({:+.1} %, shear {:.1} %)", fit.spheres, 100.0 * fit.areal(), 100.0 * fit.shear()))
     })?;
-    row("lateral strain against hydrostatics: base, half way, front / %", &|crystal| {
+    row("lateral strain against hydrostatics: base, middle, front / %", &|crystal| {
         let strains = lateral_strains(crystal)?;
         Ok(strains.map(|strain| format!("{strain:+.1}")).join(", "))
     })?;
-    row("face-centered, hexagonal, neither / %, 2 d to front − 2 d", &|crystal| {
+    row("fcc, hcp, fluid / %, 2 d to front − 2 d", &|crystal| {
         let composition = composition(crystal)?;
         Ok(composition.map(|share| format!("{:.0}", 100.0 * share.mean)).join(", "))
     })?;
-    row("front / d: half of the spheres crystalline", &|crystal| Ok(crystal.fronts()?.bonds.to_string()))?;
+    row("front / d: half of the spheres are crystalline", &|crystal| {
+        Ok(crystal.fronts()?.bonds.to_string())
+    })?;
     row("  visibility of the layers below 0.7", &|crystal| Ok(crystal.fronts()?.layers.to_string()))?;
-    row("  displacement half way", &|crystal| Ok(crystal.fronts()?.mobility.to_string()))?;
+    row("  displacement midway between crystal and fluid", &|crystal| {
+        Ok(crystal.fronts()?.mobility.to_string())
+    })?;
     row("  where P/T is that of coexistence", &|crystal| Ok(crystal.fronts()?.pressure.to_string()))?;
     row("  hydrostatics", &|crystal| Ok(format!("{:.2}", front_of(&theory(crystal)?))))?;
-    row("processor time / s", &|crystal| Ok(format!("{:.0}", crystal.busy)))?;
+    row("CPU time / s", &|crystal| Ok(format!("{:.0}", crystal.busy)))?;
     Ok(table)
 }
 
@@ -200,13 +208,13 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
     let difference = |first: Estimate, second: Estimate| first.minus_independent(second);
     let off = difference(fronts.layers, fronts.bonds);
     verdicts.between("crystal", "front by layers minus front by bonds, in d", off, -1.5, 1.5);
-    // Hydrostatics knows nothing of a crystal that is strained sideways; the weight that lies on the
+    // Hydrostatics does not describe a crystal with lateral strain; the weight that lies on the
     // front does.
     let off = difference(fronts.bonds, fronts.pressure);
     let claim = "front by bonds minus height at which the measured P/T is that of coexistence, in d";
     verdicts.between("crystal", claim, off, -1.5, 1.5);
     let [_, _, neither] = composition(crystal)?;
-    let claim = "share of spheres between 2 d and front − 2 d with the surroundings of a crystal";
+    let claim = "share of crystalline spheres between 2 d and front − 2 d";
     verdicts.at_least("crystal", claim, 1.0 - neither, 0.8);
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Which hexagonal layer fits a rectangular periodic base, and how much it has to give.
+//! The hexagonal layer that fits a rectangular periodic base best, and its strain.
 
 use super::protocol::Base;
 
@@ -24,14 +24,14 @@ impl Fit {
         (0.5 * (along_y - along_z)).hypot(0.5 * angle)
     }
 
-    /// As much as a layer pays for: a change of area and a shear alike.
+    /// Measure of the strain: change of area and shear with equal weights.
     fn magnitude(&self) -> f64 {
         self.shear().hypot(0.5 * self.areal())
     }
 }
 
-/// The layer with `lattice_constant`, turned as it likes, that has to be strained least to fill the
-/// base.
+/// The layer with `lattice_constant`, in any orientation, that needs the smallest strain to fill
+/// the base.
 pub(crate) fn best_fit(base: Base, lattice_constant: f64) -> Option<Fit> {
     /// Periods that are longer or shorter than the side by more than this are not looked at.
     const LARGEST_STRAIN: f64 = 0.12;

@@ -88,7 +88,7 @@ pub(crate) fn draw(results: &Results, report: &mut Report) -> Result<(), Failure
         }),
     )
     .line(
-        "theory, for a crystal that is not strained sideways",
+        "theory of a crystal without lateral strain",
         colors::VERMILION,
         Mark::Line,
         heights().map(|height| (height, theory_spacing(&theory, height))),
@@ -130,7 +130,7 @@ fn write_layers(results: &Results, report: &mut Report) -> Result<(), Failure> {
         }
     }
     report.table("layers",
-        "crystal: number in the order of the table; lengths in d, lateral density in 1/d^2; theory: spacing of a crystal that is not strained sideways",
+        "crystal: number in the order of the table; lengths in d, lateral density in 1/d^2; theory: spacing of a crystal without lateral strain",
         "crystal, height, height_error, spacing_below, spacing_error, width, lateral_density, \
          lateral_density_error, visibility, spacing_unstrained_theory",
         rows,
@@ -141,12 +141,12 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
     let crystal = results.shown()?;
     let layers = crystal.crystalline_layers()?;
     let count = Estimate::exact(layers.len() as f64);
-    verdicts.at_least("9", "crystalline layers, the paper's figure has about 20 clear ones", count, 20.0);
+    verdicts.at_least("9", "crystalline layers; about 20 clear ones in the figure of the paper", count, 20.0);
     let spacing = mean_spacing(&layers);
     // The paper gives two digits.
     verdicts.between(
         "9",
-        "mean spacing of the lowest 20 layers, in d (the paper: 0.86)",
+        "mean spacing of the lowest 20 layers, in d (0.86 in the paper)",
         spacing,
         0.84,
         0.88,

@@ -1,12 +1,12 @@
 //! Figures 7 to 13 of Mehrotra, Puri and Khakhar (doi:10.1103/PhysRevE.83.061306): an isothermal
-//! column, T = 20, in a field that grows with height, a = exp(αx), for α = 0.0025, 0.02, 0.05 and
-//! 0.1; 40 spheres per area of the base, box 400 high. At α = 0.1 it freezes; the crystal is grown
-//! from the fluid.
+//! column, T = 20, in a field that increases with height, a = exp(αx), for α = 0.0025, 0.02, 0.05
+//! and 0.1; 40 spheres per area of the base, box 400 high. At α = 0.1 it freezes; the crystal is
+//! grown from the fluid.
 //!
-//! The paper's own moves need 10⁵ sweeps and more to come to rest. Here they are used where the
-//! paper shows what they do (figures 7 and 12); everything else is measured in the steady state
-//! that tuned moves and event chains reach in some hundred sweeps, from the same random start.
-//! `--paper` does all of it as the paper did.
+//! The moves of the paper need 10⁵ sweeps and more to relax a column. Here they are used for
+//! figures 7 and 12, which show their relaxation and mobility. Everything else is measured in the
+//! steady state, which tuned moves and event chains reach in some hundred sweeps from the same
+//! random start. `--paper` uses the moves of the paper for everything.
 
 #[macro_use]
 extern crate paper;
@@ -40,7 +40,7 @@ fn main() -> ExitCode {
     study::main("isothermal_varying_field", run)
 }
 
-/// Something for one thread.
+/// A task for one thread.
 #[derive(Debug, Clone, Copy)]
 enum Task {
     Crystal(Base, u64),
@@ -48,7 +48,7 @@ enum Task {
     SteadyState(Column, u64),
 }
 
-/// What came of it.
+/// The result of a task.
 enum Outcome {
     Crystal(Box<Crystal>),
     Relaxation(f64, Run),
@@ -95,7 +95,7 @@ fn perform(task: Task, protocol: &Protocol, watch: &Watch<'_>) -> Result<Outcome
     }
 }
 
-/// Progress of a task when it is done: sweeps, which take longer or shorter.
+/// Units of progress of a task, in sweeps.
 fn size(task: Task, protocol: &Protocol) -> Result<u64, Failure> {
     Ok(match task {
         Task::Crystal(..) => crystal::sweeps(protocol),
@@ -156,11 +156,11 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
         println!("crystals:");
         warnings::print(results.crystals.iter().map(|crystal| &crystal.warnings[..]));
     }
-    println!("{}; processor time {:.0} s", in_words(started.elapsed()), busy(&results));
+    println!("{}; CPU time {:.0} s", in_words(started.elapsed()), busy(&results));
     report.finish()
 }
 
-/// Everything that the numbers depend on.
+/// Prints all parameters of the runs.
 fn announce(protocol: &Protocol, arguments: &Arguments, seed: u64) {
     println!(
         "T = {}, a = exp(αx), N/A = {}, box {} high, seed {}",
@@ -213,14 +213,13 @@ fn announce(protocol: &Protocol, arguments: &Arguments, seed: u64) {
     );
 }
 
-/// Where a column came to rest, and when.
+/// Height of the center of mass in the steady state, and when it is reached.
 fn describe(fluid: &Fluid) -> String {
-    let beginnings = fluid
-        .beginnings
-        .iter()
-        .map(|beginning| beginning.map_or("(unknown: all is used)".to_owned(), |sweep| sweep.to_string()));
+    let beginnings = fluid.beginnings.iter().map(|beginning| {
+        beginning.map_or("(unknown: all sweeps are used)".to_owned(), |sweep| sweep.to_string())
+    });
     format!(
-        "h_c = {} at rest, hydrostatics {:.3}; of what was measured, steady by the data from sweep {}; {:.1} s for the relaxation, {:.1} s for the rest",
+        "h_c = {} in the steady state, hydrostatics {:.3}; steady from sweep {} of production on; {:.1} s for the relaxation by the moves of the paper, {:.1} s for production",
         fluid.plateau,
         fluid.theory.center_of_mass(),
         beginnings.collect::<Vec<String>>().join(", "),
@@ -229,7 +228,7 @@ fn describe(fluid: &Fluid) -> String {
     )
 }
 
-/// Puts together what belongs together.
+/// Collects the results of all tasks.
 fn collect(outcomes: Vec<Outcome>, protocol: &Protocol) -> Result<Results, Failure> {
     let (mut crystals, mut relaxations, mut steady) = (Vec::new(), Vec::new(), Vec::new());
     for outcome in outcomes {
@@ -254,7 +253,7 @@ fn collect(outcomes: Vec<Outcome>, protocol: &Protocol) -> Result<Results, Failu
     Ok(Results { fluids, crystals, paper: protocol.paper })
 }
 
-/// Processor time of all runs.
+/// CPU time of all runs.
 fn busy(results: &Results) -> f64 {
     let crystals = results.crystals.iter().map(|crystal| crystal.busy);
     let relaxations = results.fluids.iter().map(|fluid| fluid.relaxation.busy);

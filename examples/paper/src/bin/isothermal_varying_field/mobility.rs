@@ -28,7 +28,7 @@ pub(crate) fn draw(results: &Results, report: &mut Report) -> Result<(), Failure
     let mut lengths = panel(
         0.0,
         Axis::new("mean accepted displacement / d", 0.0, 0.8),
-        "the paper's Δr: mean length of accepted moves",
+        "Δr of the paper: mean length of accepted moves",
     )
     .with_legend(Corner::TopLeft);
     let mut paths = panel(
@@ -74,7 +74,7 @@ pub(crate) fn draw(results: &Results, report: &mut Report) -> Result<(), Failure
         );
     }
     let figure =
-        Figure::new("Figure 12: mobility   (T = 20, a = exp(αx), the paper's moves in the steady state)")
+        Figure::new("Figure 12: mobility   (T = 20, a = exp(αx), moves of the paper in the steady state)")
             .panel(lengths)
             .panel(paths);
     report.picture("figure_12", &figure, "Figure 12: mean accepted displacement over height")?;
@@ -111,7 +111,7 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
         let off = fronts.mobility.mean - fronts.bonds.mean;
         let error = fronts.mobility.standard_error.hypot(fronts.bonds.standard_error);
         let claim = format!(
-            "α = 0.1: height of the fall of Δr ({}, the paper: about 26) minus front by bonds, in d",
+            "α = 0.1: height of the decrease of Δr ({}; about 26 in the paper) minus front by bonds, in d",
             fronts.mobility
         );
         verdicts.between("12", &claim, Estimate::new(off, error), -1.0, 1.0);

@@ -85,13 +85,12 @@ pub(crate) fn draw(results: &Results, report: &mut Report) -> Result<(), Failure
     let two = view(0.06, "the two lowest layers from above")
         .points("lowest", colors::INK, Mark::Rings, from_above(0))
         .points("second", colors::VERMILION, Mark::Points, from_above(1));
-    let three =
-        view(0.53, "the third over the lowest: apart in a face-centered, together in a hexagonal stack")
-            .points("lowest", colors::INK, Mark::Rings, from_above(0))
-            .points("third", colors::BLUE, Mark::Points, from_above(2));
+    let three = view(0.53, "the third over the lowest layer: different sites in fcc, equal sites in hcp")
+        .points("lowest", colors::INK, Mark::Rings, from_above(0))
+        .points("third", colors::BLUE, Mark::Points, from_above(2));
     let title = format!("Figure 10: positions of the spheres   (T = 20, α = 0.1, base {})", crystal.base);
     let figure = Figure::new(&title).with_size(1600, 1100).panel(side).panel(two).panel(three);
-    report.picture("figure_10", &figure, "Figure 10: where spheres are at α = 0.1: a slice of the column, and the two lowest layers from above")?;
+    report.picture("figure_10", &figure, "Figure 10: positions of the spheres at α = 0.1: a slice of the column, and the two lowest layers from above")?;
     report.table(
         "figure_10",
         "centers of all spheres at the end of the run, in d; x is the height",
@@ -111,7 +110,7 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
     let mean = distances.sum::<f64>() / layers[1].len() as f64;
     verdicts.between(
         "10",
-        "lateral distance of the second layer's spheres from the lowest's, over that of a hollow (on top: 0)",
+        "lateral distance of the second layer from the lowest, over that of a hollow site (0 on top)",
         Estimate::exact(mean / (constant / 3.0_f64.sqrt())),
         0.85,
         1.1,

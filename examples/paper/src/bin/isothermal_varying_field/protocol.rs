@@ -1,4 +1,4 @@
-//! How long, how wide and by which moves: the command line, made definite.
+//! The command line, and the protocol of the runs.
 
 use clap::ValueEnum;
 use gradient_mc::Slab;
@@ -12,12 +12,12 @@ use std::str::FromStr;
 /// at α = 0.1.
 #[derive(clap::Args, Debug)]
 pub(crate) struct Arguments {
-    /// What is simulated
+    /// Part of the study to run
     #[arg(long, value_enum, default_value_t = Part::All)]
     pub(crate) part: Part,
 
-    /// The full protocol of the paper: base 25 x 25, local moves, uniform start, 500000 sweeps,
-    /// then five intervals of 100000 (hours)
+    /// Use the full protocol of the paper: base 25 x 25, local moves, random start, 500000 sweeps
+    /// of equilibration, five intervals of 100000 sweeps (hours)
     #[arg(long)]
     pub(crate) paper: bool,
 
@@ -25,20 +25,20 @@ pub(crate) struct Arguments {
     #[arg(long)]
     pub(crate) width: Option<f64>,
 
-    /// Base of a crystal, as 8.6x9.4; may be given several times [default: 8.64x9.353; with
-    /// --paper: 25x25]
+    /// Base of a crystal in diameters, for example 8.6x9.4; may be given several times [default:
+    /// 8.64x9.353; with --paper: 25x25]
     #[arg(long)]
     pub(crate) base: Vec<Base>,
 
-    /// Crystals grown on every base
+    /// Number of crystals on every base
     #[arg(long, default_value_t = 1)]
     pub(crate) crystals: u64,
 
-    /// How crystals are grown [default: rising; with --paper: settling]
+    /// Method of growing crystals [default: rising; with --paper: settling]
     #[arg(long, value_enum)]
     pub(crate) growth: Option<Growth>,
 
-    /// Sweeps by which crystals grow [default: as many as 30 layers usually take]
+    /// Sweeps of growth [default: the number that 30 layers usually need]
     #[arg(long)]
     pub(crate) growth_sweeps: Option<u64>,
 }
@@ -46,11 +46,11 @@ pub(crate) struct Arguments {
 /// What is simulated.
 #[derive(ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Part {
-    /// The three fluid columns and the crystal: every figure
+    /// The three fluid columns and the crystal: all figures
     All,
-    /// The fluid columns alone: figures 7, 8 and 13, and their part of figure 12
+    /// Only the fluid columns: figures 7, 8 and 13, and their part of figure 12
     Fluids,
-    /// The crystals alone: figures 9 to 11, and their part of figures 12 and 13
+    /// Only the crystals: figures 9 to 11, and their part of figures 12 and 13
     Crystals,
 }
 
@@ -64,21 +64,20 @@ impl Part {
     }
 }
 
-/// How a crystal is grown from the random start.
+/// Method of growing a crystal from the random start.
 #[derive(ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Growth {
-    /// By the paper's moves, S = 0.25: the gas settles so slowly that the crystal grows while it
-    /// does
+    /// Local moves with S = 0.25, as in the paper: the crystal grows while the gas settles slowly
     Settling,
-    /// By short event chains with tuned moves in between: the gas falls at once, and what has
-    /// fallen crystallizes
+    /// Short event chains with tuned moves between them: the gas settles at once and then
+    /// crystallizes
     Chains,
-    /// The same while α rises from 0.055, where all is fluid, to 0.1 over two thirds of the sweeps
+    /// The same, while α rises from 0.055, where all is fluid, to 0.1 over two thirds of the sweeps
     Rising,
 }
 
 impl Growth {
-    /// α after a share of the growth.
+    /// α after a fraction of the growth.
     pub(crate) fn rate(self, share: f64) -> f64 {
         const FLUID: f64 = 0.055;
         let last = Protocol::CRYSTAL_RATE;
@@ -144,7 +143,7 @@ pub(crate) struct Stage {
     pub(crate) equilibration: u64,
     /// Consecutive intervals of measurement, in sweeps; the paper's runs.
     pub(crate) intervals: Vec<u64>,
-    /// Sweeps between two looks.
+    /// Sweeps between two samples.
     pub(crate) interval: u64,
 }
 
@@ -225,12 +224,12 @@ impl Protocol {
         if rate < 0.1 { 0.75 } else { 0.25 }
     }
 
-    /// The paper's moves in a field of this rate.
+    /// The moves of the paper in a field of this rate.
     pub(crate) fn local_moves(rate: f64) -> Result<Moves, Failure> {
         Ok(LocalMoves::new(Self::maximum_displacement(rate))?.into())
     }
 
-    /// From the uniform start to the steady state by the paper's moves.
+    /// Relaxation from the random start to the steady state by the moves of the paper.
     pub(crate) fn relaxation(&self, rate: f64) -> Result<Stage, Failure> {
         let moves = Self::local_moves(rate)?;
         Ok(if self.paper {
@@ -240,7 +239,7 @@ impl Protocol {
         })
     }
 
-    /// The same by ours: jumps where there is room for them, event chains where the base is dense.
+    /// The steady state by faster moves: tuned local moves, or event chains if the base is dense.
     pub(crate) fn steady_state(&self, rate: f64) -> Stage {
         const DENSE: f64 = 0.03;
         if rate < DENSE {
@@ -256,9 +255,8 @@ impl Protocol {
         Stage { moves, equilibration, intervals: vec![measured], interval }
     }
 
-    /// Moves by which a dense crystal grows and is measured: chains of a few diameters, as many
-    /// sideways as upwards. Long ones move the column as a whole, which a crystal has no need
-    /// of.
+    /// Moves for growth and production of a dense crystal: chains of a few diameters, half of them
+    /// lateral. Long chains, which move the column as a whole, are not needed.
     pub(crate) fn crystal_moves() -> Result<Moves, Failure> {
         let chains = EventChains::with_length(5.0)?.vertical_fraction(0.5)?;
         Ok(chains.local_moves(Some(LocalMoves::tuned())).into())

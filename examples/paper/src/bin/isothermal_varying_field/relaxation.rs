@@ -19,13 +19,13 @@ pub(crate) fn draw(results: &Results, report: &mut Report) -> Result<(), Failure
         Axis::new("sweeps / 10⁵", 0.0, end / 1e5),
         Axis::new("height of the center of mass h_c / d", 0.0, 210.0),
     )
-    .with_title("from a random gas, by the paper's moves");
+    .with_title("from a random gas, moves of the paper");
     let mut both = Panel::new(
         Place { left: 0.5, top: 0.08, width: 0.5, height: 0.92 },
         Axis::logarithmic("sweeps", 1.0, end),
         Axis::new("h_c / d", 0.0, 210.0),
     )
-    .with_title("lines: the paper's moves; dots: ours")
+    .with_title("lines: moves of the paper; dots: faster moves")
     .with_legend(Corner::BottomLeft);
     for (fluid, color) in results.fluids.iter().zip(COLORS) {
         let series = || thinned(&fluid.relaxation.center_of_mass, 1e-3 * end);
@@ -36,10 +36,10 @@ pub(crate) fn draw(results: &Results, report: &mut Report) -> Result<(), Failure
             both = both.points("", color, Mark::Dots, points);
         }
     }
-    let figure = Figure::new("Figure 7: the column comes to rest   (T = 20, a = exp(αx), N/A = 40)");
+    let figure = Figure::new("Figure 7: relaxation of the column   (T = 20, a = exp(αx), N/A = 40)");
     let figure = figure.panel(falling).panel(inset(results)?).panel(both);
-    let caption = "Figure 7: the center of mass falls from the uniform start, by the paper's moves and by ours; inset: where \
-                   it comes to rest, against α, with hydrostatics between walls";
+    let caption = "Figure 7: relaxation of the center of mass from a random start, with the moves of the paper and with faster moves; inset: \
+    its steady height against α, with hydrostatics between walls";
     report.picture("figure_07", &figure, caption)?;
     write(results, report)
 }
@@ -69,7 +69,7 @@ fn inset(results: &Results) -> Result<Panel, Failure> {
     Ok(Panel::new(
         Place { left: 0.24, top: 0.12, width: 0.25, height: 0.42 },
         Axis::new("α d", 0.0, 0.105).with_numbers(5),
-        Axis::new("h_c at rest / d", 15.0, 55.0).with_numbers(5),
+        Axis::new("steady h_c / d", 15.0, 55.0).with_numbers(5),
     )
     .inset()
     .with_legend(Corner::TopRight)
@@ -94,7 +94,7 @@ fn write(results: &Results, report: &mut Report) -> Result<(), Failure> {
     }
     report.table(
         "figure_07",
-        "alpha in 1/d; moves: 0 local moves of the paper, 1 ours (one run after the other); heights in d",
+        "alpha in 1/d; moves: 0 local moves of the paper, 1 tuned moves or event chains (one run after the other); heights in d",
         "alpha, moves, sweep, center_of_mass",
         rows,
     )?;
@@ -119,10 +119,10 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) {
         let off = fluid.plateau - theory;
         // The theory shifts the whole column by what the layers at the wall hold; between the layers and
         // the curvature of the field it is as good as some hundredths of a diameter.
-        let claim = format!("{}: h_c at rest minus theory ({theory:.3}), in d", fluid.label());
+        let claim = format!("{}: steady h_c minus theory ({theory:.3}), in d", fluid.label());
         verdicts.between("7 inset", &claim, off, -0.1, 0.1);
         let largest = 0.05;
-        let claim = format!("{}: error of h_c at rest, in d", fluid.label());
+        let claim = format!("{}: standard error of steady h_c, in d", fluid.label());
         verdicts.at_most("7 inset", &claim, Estimate::exact(fluid.plateau.standard_error), largest);
         let heights = fluid.relaxation.center_of_mass.heights();
         let end = &heights[heights.len() * 9 / 10..];
@@ -130,8 +130,10 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) {
         // Of 155 to 176 diameters; the paper runs five times as long before it measures.
         let start = heights.first().copied().unwrap_or(f64::NAN);
         let left = 100.0 * (mean - fluid.plateau.mean) / (start - fluid.plateau.mean);
-        let claim =
-            format!("{}: what is left of the fall at the end of the paper's relaxation, in %", fluid.label());
+        let claim = format!(
+            "{}: remaining part of the relaxation at the end of the run with the moves of the paper, in %",
+            fluid.label()
+        );
         verdicts.between("7", &claim, Estimate::exact(left), -1.0, 1.0);
     }
     let steps = results.fluids.windows(2).map(|pair| pair[1].plateau.mean - pair[0].plateau.mean);

@@ -1,4 +1,4 @@
-//! What all runs together say, before it becomes figures.
+//! The results of all runs, from which the figures are made.
 
 use super::column::{Column, Run, plateau, pooled};
 use super::crystal::Crystal;

@@ -46,20 +46,22 @@ fn density(outcome: &Outcome, verdicts: &mut Verdicts) {
         DENSITY,
     );
     if let Some(difference) = outcome.difference_of_sides {
-        let claim = format!("{label}: h_c from above less h_c from below");
+        let claim = format!("{label}: h_c from above minus h_c from below");
         verdicts.agrees("14a", &claim, difference, (0.0, SIGMAS), 0.3);
     }
     if let Some(maximum) = outcome.maximum {
         let rate = outcome.column.decay_rate;
         let factor = ModifiedKolafa.compressibility_factor(packing_fraction(maximum.number_density.mean));
         let expected = libm::log(TEMPERATURE * factor * rate) / rate;
-        let claim = format!("{label}: height x_m of the maximum, against ln(T₀ Z β)/β with Z at its density");
+        let claim = format!(
+            "{label}: height x_m of the maximum of n; ln(T₀ Z β)/β with Z at its density is expected"
+        );
         verdicts.agrees("14a", &claim, maximum.height, (expected, SIGMAS), maximum.flatness);
         let claim = format!("{label}: P β/n where the theory has its maximum");
         verdicts.agrees("14a", &claim, maximum.balance, (1.0, SIGMAS), 0.01);
     }
     let certified = f64::from(u8::from(outcome.certificate.is_converged()));
-    let claim = format!("{label}: certificate (1: the field is that of the density it makes)");
+    let claim = format!("{label}: certificate (1: the effective field is self-consistent)");
     verdicts.at_least("14a", &claim, Estimate::exact(certified), 1.0);
 }
 
@@ -73,11 +75,11 @@ fn dilute(outcome: &Outcome, verdicts: &mut Verdicts) {
     // average.
     let reach = SIGMAS * of_law.standard_error;
     let reach = if of_law.standard_error < LARGEST_TAIL_ERROR { reach } else { f64::NAN };
-    let claim = format!("{label}: the same, over those of the ideal-gas law with the right prefactor");
+    let claim = format!("{label}: the same, over those of the ideal-gas law with the correct prefactor");
     verdicts.between("14b", &claim, of_law, 0.96 - reach, 1.0 + reach);
     let factor = outcome.column.prefactor / outcome.column.theory.number_density(0.5);
     let claim = format!(
-        "{label}: common logarithm of the same, over the law with n(0) before it, as (28) is printed"
+        "{label}: common logarithm of the same, over the law with the prefactor n(0), eq. (28) as printed"
     );
     let printed = Estimate::new(
         libm::log10(of_law.mean * factor),
@@ -90,14 +92,14 @@ fn mobility(outcomes: &[Outcome], verdicts: &mut Verdicts) {
     let mobility = Mobility::of(outcomes);
     verdicts.at_most(
         "15",
-        "largest difference of mean accepted displacements at the same packing fraction, relative: one fluid",
+        "largest relative difference of mean accepted displacements at the same packing fraction",
         Estimate::exact(mobility.largest_spread()),
         0.03,
     );
     let densest = mobility.points.last().map_or(f64::NAN, |point| point.0);
     verdicts.at_most(
         "15",
-        "largest packing fraction outside the layers, below freezing",
+        "largest packing fraction outside the layers; below freezing",
         Estimate::exact(densest),
         FREEZING,
     );

@@ -1,4 +1,4 @@
-//! The paper's columns in a temperature gradient, and what theory says of them.
+//! The columns of the paper in a temperature gradient, and their theory.
 
 use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::field::UniformField;

@@ -1,14 +1,14 @@
 //! Figures 14 to 16 of doi:10.1103/PhysRevE.83.061306: columns with T = 20 exp(−βx) in a uniform
 //! field.
 //!
-//! For five β, from far above and from far below, with the default scheme: density against height
-//! (14a) and on a logarithmic scale with the ideal-gas law (14b), mean accepted displacement of the
-//! paper's moves (15), and P/T against packing fraction (16). Theory is drawn as lines, simulation
-//! as points. What each figure claims is decided by numbers, in `verdicts.csv`.
+//! For five values of β, from far above and from far below, with the default scheme: density
+//! against height (14a), on a logarithmic scale with the ideal-gas law (14b), mean accepted
+//! displacement of the moves of the paper (15), and P/T against packing fraction (16). Theory is
+//! drawn as lines, simulation as points. The claims of each figure are tested in `verdicts.csv`.
 //!
-//! `--paper` runs the paper's own protocol beside ours, over its base: 25 000 spheres,
-//! displacements up to 0.75, the effective field from the histogram of the last sweep, 500 000
-//! sweeps discarded and as many measured, from a uniform start.
+//! `--paper` also runs the protocol of the paper with its base: 25 000 spheres, displacements up to
+//! 0.75, the effective field from the histogram of the last sweep, 500 000 sweeps of equilibration
+//! and 500 000 of production, from a random gas.
 
 #[macro_use]
 extern crate paper;
@@ -32,7 +32,7 @@ use std::process::ExitCode;
 /// Draws Figures 14 to 16: temperature gradients.
 #[derive(clap::Args, Debug)]
 struct Arguments {
-    /// The paper's protocol beside ours, over the paper's base: three hours on two cores
+    /// Also run the protocol of the paper with its base (three hours on two cores)
     #[arg(long)]
     paper: bool,
     /// Side of the base, in diameters [default: 9; with --paper: 25]
@@ -108,9 +108,9 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
         println!("{}: {}", outcome.column.label(), outcome.certificate);
     }
     for outcome in &papers {
-        println!("{}, the paper's field: {}", outcome.column.label(), outcome.certificate);
+        println!("{}, field of the paper: {}", outcome.column.label(), outcome.certificate);
     }
-    for (outcomes, method) in [(&ours, ""), (&papers, ", the paper's protocol")] {
+    for (outcomes, method) in [(&ours, ""), (&papers, ", protocol of the paper")] {
         for outcome in outcomes {
             for warning in &outcome.warnings {
                 println!("{}{method}: {warning}", outcome.column.label());

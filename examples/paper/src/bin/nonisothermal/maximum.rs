@@ -30,7 +30,7 @@ const FLAT: f64 = 0.9995;
 pub(crate) fn find(column: &Column, profile: &EquationOfStateProfile) -> Result<Option<Maximum>, Failure> {
     let Some(of_theory) = column.maximum() else { return Ok(None) };
     let window = Window::of(column, of_theory, WINDOW);
-    // A cubic is not the theory: what it makes of that is known, and taken out.
+    // The error of a cubic fit is computed from the theory and subtracted.
     let points: Vec<(f64, f64)> = (0..400)
         .map(|step| window.low + (window.high - window.low) * (f64::from(step) + 0.5) / 400.0)
         .map(|height| (height, column.theory.number_density(height)))

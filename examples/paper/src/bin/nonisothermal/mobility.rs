@@ -1,14 +1,14 @@
-//! Whether the spheres move as in one fluid at every height.
+//! Checks that the mobility is that of one fluid at every height.
 
 use super::outcome::Outcome;
 use gradient_mc::statistics::Estimate;
 
-/// Mean accepted displacements of all columns against packing fraction: where and how they differ
-/// at the same one.
+/// Mean accepted displacements of all columns against packing fraction, and their differences at
+/// the same packing fraction.
 ///
-/// In a fluid the mobility of small moves belongs to the packing fraction (and, by a few per cent,
-/// to the force). A part that had frozen or turned into a glass would be less mobile than the fluid
-/// of another column at the same packing fraction, and so would be off the curve.
+/// In a fluid the mobility of small moves depends on the packing fraction (and by a few per cent on
+/// the force). A frozen or glassy part would be less mobile than the fluid of another column at the
+/// same packing fraction.
 #[derive(Debug, Clone)]
 pub(crate) struct Mobility {
     /// Packing fraction, mean accepted displacement, decay rate: of every bin outside the layers.

@@ -28,14 +28,14 @@ pub(crate) struct Outcome {
     /// From above less from below, if there were both.
     pub(crate) difference_of_sides: Option<Estimate>,
     pub(crate) maximum: Option<Maximum>,
-    /// n over that of the theory, less 1, in each group of heights.
+    /// n over that of the theory, minus 1, in each group of heights.
     pub(crate) densities: Vec<Estimate>,
     /// P/(nTZ) − 1 in each group of heights.
     pub(crate) deviations: Vec<Estimate>,
     /// Spheres in the dilute top over those of the ideal-gas law and over those of the theory.
     pub(crate) dilute: [Estimate; 2],
     pub(crate) certificate: Certificate,
-    /// What the runs say against themselves.
+    /// Warnings about the runs.
     pub(crate) warnings: Vec<String>,
 }
 

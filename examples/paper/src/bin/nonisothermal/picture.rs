@@ -20,24 +20,24 @@ pub(crate) fn draw(ours: &[Outcome], papers: &[Outcome], report: &mut Report) ->
     let paper = if papers.is_empty() {
         ""
     } else {
-        " Open circles: the paper's own protocol, whose field follows every configuration."
+        " Open circles: the protocol of the paper, whose field is computed from every configuration."
     };
     let caption = format!(
         "Number density against height, T = 20 exp(−βx). Points: simulation; lines: local theory between \
-         walls. From β = 0.02 on the column is densest inside, where P = n/β.{paper}"
+         walls. For β of 0.02 and more the density has a maximum above the base, where P = n/β.{paper}"
     );
     report.picture("figure_14a", &densities(ours, papers), &caption)?;
-    let caption = "The same on a logarithmic scale. Dashed: the ideal-gas law. What stands before it is set by the \
-                   chemical potential of the column (C), not by the density at the base, with which the law would be off by a \
-                   factor of more than a hundred.";
+    let caption = "The same on a logarithmic scale. Dashed: the ideal-gas law. Its prefactor C is given by the \
+    chemical potential of the column; with the density at the base as prefactor the law is wrong by a factor of more \
+    than a hundred.";
     report.picture("figure_14b", &dilute(ours), caption)?;
-    let caption = "Mean accepted displacement of moves up to 0.75 d. Left against height, as in the paper: fluid \
-                   everywhere. Right against packing fraction: one curve, so no part of any column is frozen or glassy.";
+    let caption = "Mean accepted displacement of moves up to 0.75 d. Left against height, as in the paper: fluid at \
+    all heights. Right against packing fraction: one curve, so no part of any column is frozen or glassy.";
     report.picture("figure_15", &mobility(ours, papers), caption)?;
     let caption = format!(
         "P/T against packing fraction, without the layers at the base (x < 8): one curve for all β, that \
-         of the equation of state. Below: the difference from modified Kolafa, in per cent, in ranges of height \
-         that hold equally many spheres.{paper}"
+        of the equation of state. Below: the difference from modified Kolafa, in per cent, in ranges of height \
+        with equal numbers of spheres.{paper}"
     );
     report.picture("figure_16", &equation_of_state(ours, papers), &caption)
 }
@@ -71,7 +71,7 @@ fn densities(ours: &[Outcome], papers: &[Outcome]) -> Figure {
         inset = inset.points("", color, Mark::Dots, density_points(&outcome.rows));
     }
     for (outcome, color) in papers.iter().zip(COLORS) {
-        let label = if outcome.column.decay_rate > 0.04 { "rings: the paper's protocol" } else { "" };
+        let label = if outcome.column.decay_rate > 0.04 { "rings: protocol of the paper" } else { "" };
         let sparse: Vec<Row> =
             outcome.rows.iter().filter(|row| row.height() > 6.5).step_by(3).copied().collect();
         panel = panel.points(label, color, Mark::Rings, density_points(&sparse));
@@ -122,7 +122,7 @@ fn mobility(ours: &[Outcome], papers: &[Outcome]) -> Figure {
         .with_legend(Corner::BottomLeft);
     for (outcome, color) in ours.iter().zip(COLORS) {
         let column = &outcome.column;
-        // Where hardly a sphere is, a mean over few moves says little.
+        // In the dilute top a mean over few moves is too uncertain.
         let occupied = || {
             outcome
                 .mobility
@@ -192,7 +192,7 @@ fn equation_of_state(ours: &[Outcome], papers: &[Outcome]) -> Figure {
         differences = differences.points("", color, Mark::Points, deviations(outcome));
     }
     for (outcome, color) in papers.iter().zip(COLORS) {
-        let label = if outcome.column.decay_rate > 0.04 { "rings: the paper's protocol" } else { "" };
+        let label = if outcome.column.decay_rate > 0.04 { "rings: protocol of the paper" } else { "" };
         curves = curves.points(label, color, Mark::Rings, states(&outcome.states));
         differences = differences.points("", color, Mark::Rings, deviations(outcome));
     }

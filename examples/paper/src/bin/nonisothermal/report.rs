@@ -12,14 +12,15 @@ use paper::{Failure, Report};
 pub(crate) fn what_was_run(protocol: &Protocol, seed: u64) -> String {
     let Protocol { width, replicas, equilibration, sweeps, mobility_sweeps, paper_sweeps } = protocol;
     let ours = format!(
-        "T = {TEMPERATURE} exp(−βx), uniform field, N/A = {COLUMN_DENSITY}, box {HEIGHT} x {width} x {width}; ours: {replicas} runs for \
-         each β, from above and below, {equilibration} sweeps discarded and {sweeps} measured (twice as many at β = 0.05), then \
-         {mobility_sweeps} sweeps of moves up to {MAXIMUM_DISPLACEMENT} for figure 15; seed {seed}"
+        "T = {TEMPERATURE} exp(−βx), uniform field, N/A = {COLUMN_DENSITY}, box {HEIGHT} x {width} x {width}; {replicas} runs for \
+        each β, from above and below, {equilibration} sweeps of equilibration and {sweeps} of production (twice as many at β = 0.05), then \
+        {mobility_sweeps} sweeps of moves up to {MAXIMUM_DISPLACEMENT} for figure 15; seed {seed}"
     );
     match paper_sweeps {
         None => ours,
         Some(sweeps) => format!(
-            "{ours}; the paper's: one run from n = 0.1, {sweeps} sweeps discarded and measured, field from instantaneous bins of 0.1"
+            "{ours}; protocol of the paper: one run from n = 0.1, {sweeps} sweeps of equilibration and of production, field from instantaneous \
+            counts in bins of 0.1"
         ),
     }
 }
@@ -38,14 +39,12 @@ pub(crate) fn table(ours: &[Outcome], papers: &[Outcome]) -> Table {
         "|P/(nTZ) − 1|, %",
         "top/ideal gas",
         "top/theory",
-        "prefactor of the law",
+        "ideal-gas prefactor C",
         "n(0.5) of theory",
     ]);
     let missing = || "–".to_owned();
-    for (outcome, method) in ours
-        .iter()
-        .map(|outcome| (outcome, ""))
-        .chain(papers.iter().map(|outcome| (outcome, ", the paper's")))
+    for (outcome, method) in
+        ours.iter().map(|outcome| (outcome, "")).chain(papers.iter().map(|outcome| (outcome, ", paper")))
     {
         let column = &outcome.column;
         let maximum = outcome.maximum;

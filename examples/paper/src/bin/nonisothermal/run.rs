@@ -1,4 +1,4 @@
-//! The simulations: ours, and the paper's.
+//! The simulations, by the default scheme and by the protocol of the paper.
 
 use super::column::{Column, HEIGHT};
 use gradient_mc::drive::{EquationOfStateClosure, ForceBalance, Instantaneous, SelfConsistent};
@@ -19,11 +19,11 @@ pub(crate) const BIN: f64 = 0.25;
 pub(crate) struct Protocol {
     /// Side of the base.
     pub(crate) width: f64,
-    /// Independent runs of ours for every β: half of them from above, half from below.
+    /// Independent runs for every β, half of them from above and half from below.
     pub(crate) replicas: u64,
-    /// Sweeps of ours that are discarded.
+    /// Sweeps of equilibration.
     pub(crate) equilibration: u64,
-    /// Sweeps of ours that are measured.
+    /// Sweeps of production.
     pub(crate) sweeps: u64,
     /// Sweeps of small moves for the mobility.
     pub(crate) mobility_sweeps: u64,
@@ -33,7 +33,7 @@ pub(crate) struct Protocol {
 }
 
 impl Protocol {
-    /// Sweeps of ours that are discarded and measured: the steepest column remembers longest.
+    /// Sweeps of equilibration and production; the steepest column relaxes slowest.
     pub(crate) fn sweeps_of(&self, decay_rate: f64) -> [u64; 2] {
         let times = if decay_rate > 0.04 { 2 } else { 1 };
         [times * self.equilibration, times * self.sweeps]
@@ -112,7 +112,7 @@ impl Run<'_> {
         };
         let [equilibration, sweeps] = self.protocol.sweeps_of(self.column.decay_rate);
         watch.equilibrate(&mut simulation, equilibration, 1, &mut ())?;
-        // The dilute top forgets from sweep to sweep: to look often costs little and tells more.
+        // The dilute top decorrelates within a sweep, so frequent samples are useful.
         let mut observers = Every::new(2, (profile(&self.column.slab)?, CenterOfMass::new()));
         watch.run(&mut simulation, sweeps, 1, &mut observers)?;
         let balance = simulation.force_balance().ok_or("there is a field to be judged")?.clone();

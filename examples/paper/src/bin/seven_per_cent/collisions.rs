@@ -1,6 +1,5 @@
-//! The paper's scheme, repaired in its own spirit: the field follows the run every sweep, but it
-//! holds Z as collisions measured it until then (eq. 20) in place of P/n of one configuration (eq.
-//! 24).
+//! A corrected form of the scheme of the paper: the field is updated every sweep, but from Z as
+//! measured by collisions so far (eq. 20) instead of P/n of one configuration (eq. 24).
 
 use gradient_mc::checkpoint::{Archive, Persist};
 use gradient_mc::drive::{Adaptation, EffectivePotential, Scheme};
@@ -16,7 +15,7 @@ pub(crate) struct RunningCollisions {
     pub(crate) bin_width: f64,
 }
 
-/// Of [`RunningCollisions`]: paths and separations by height.
+/// The adaptation of [`RunningCollisions`]: paths and separations by height.
 #[derive(Debug)]
 pub(crate) struct Sums(Vec<[f64; 2]>);
 

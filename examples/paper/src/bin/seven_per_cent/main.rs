@@ -1,17 +1,18 @@
-//! Why the paper's pressures were seven per cent off at its steepest temperature gradient, and how
-//! not to be.
+//! Explains the deviation of seven per cent of the pressures in the paper at its steepest
+//! temperature gradient, and tests schemes without it.
 //!
 //! The column at T₀ = 20, β = 0.05 (doi:10.1103/PhysRevE.83.061306, Fig. 17c), run with the
 //! effective field of every scheme of the library, from above and from below, over bases of 156.25
 //! and 625, with bins from 0.05 to 0.5; the bins of the density that enters the field and of the
-//! density that is measured are independent. For each run P/(nTZ) − 1 is drawn over height, beside
-//! what counting noise must do to a field from instantaneous counts. A second, smaller column shows
-//! how the bias depends on the width of the bins and on the number of them that a move crosses.
+//! density that is measured are independent. For each run P/(nTZ) − 1 is drawn against height, with
+//! the prediction by counting noise for a field from instantaneous counts. A second, smaller column
+//! shows the dependence of the bias on the width of the bins and on the number of bins that a move
+//! crosses.
 //!
-//! A field that follows every configuration breaks detailed balance, so its bias is a property of
-//! the moves too. The paper's small moves take 10⁵ sweeps and more to relax its column: `--full`
-//! makes them, and every other combination, each known to half a per cent; the default leaves them
-//! to the smaller column.
+//! A field that changes with every configuration breaks detailed balance, so its bias depends on
+//! the moves too. The small moves of the paper need 10⁵ sweeps and more to relax its column:
+//! `--full` runs them and all other combinations, each with an error of half a per cent; the
+//! default runs them only in the smaller column.
 
 #[macro_use]
 extern crate paper;
@@ -33,11 +34,11 @@ use run::{MEASURING_BINS, MovesChoice, Outcome, SchemeChoice, Setup};
 use scan::Scan;
 use std::process::ExitCode;
 
-/// Settles where the paper's seven per cent at β = 0.05 come from.
+/// Explains the deviation of seven per cent in the paper at β = 0.05.
 #[derive(clap::Args, Debug)]
 struct Arguments {
-    /// Every scheme, base and bin, from both sides, each to half a per cent; half an hour on two
-    /// cores
+    /// Run every scheme, base and bin width from both sides, each to half a per cent (half an hour
+    /// on two cores)
     #[arg(long, visible_alias = "paper")]
     full: bool,
 }
@@ -46,7 +47,7 @@ fn main() -> ExitCode {
     study::main("seven_per_cent", run)
 }
 
-/// The base of the paper, and one of a quarter.
+/// Areas of the base: that of the paper, and a quarter of it.
 const AREAS: [f64; 2] = [156.25, 625.0];
 /// Bins of the density that enters the field.
 const BINS: [f64; 4] = [0.05, 0.1, 0.2, 0.5];
@@ -56,7 +57,8 @@ const MAXIMUM_DISPLACEMENT: f64 = 0.75;
 
 /// A run that is long enough for an error of about half a per cent in each band.
 fn setup(scheme: SchemeChoice, moves: MovesChoice, area: f64, bin: f64, side: Side, seed: u64) -> Setup {
-    // Sweeps times area. Columns relax as slowly over any base; averages need as many spheres.
+    // Sweeps of relaxation, and sweeps times area of production: the relaxation does not depend on
+    // the area.
     let (relaxation, measurement) = match moves {
         MovesChoice::Chains => (1000.0 + 4e5 / area, 1.1e6),
         MovesChoice::Local(_) => (30_000.0, 3.2e7),
@@ -116,7 +118,7 @@ fn setups(full: bool, session: &Session) -> Vec<Setup> {
     setups
 }
 
-/// A run with what it came to.
+/// A run with its outcome.
 pub(crate) type Finished = (Setup, Outcome);
 
 /// A run as it is drawn.
@@ -203,7 +205,7 @@ fn table(runs: &[Finished], prediction: &Prediction) -> Table {
                 let deviation = prediction.deviation(setup.area, setup.acceptance_bin, height);
                 format!("{:.1}", 100.0 * part * deviation)
             });
-            table.row("  counting noise predicts", predicted);
+            table.row("  predicted by counting noise", predicted);
         }
         if setup.scheme == SchemeChoice::Instantaneous {
             for (bins, width) in outcome.bands.iter().zip(MEASURING_BINS).skip(1) {
@@ -251,8 +253,7 @@ fn write(runs: &[Finished], prediction: &Prediction, report: &Report) -> Result<
     )
 }
 
-/// Compares every run with what is expected of it; each comparison can fail. All numbers are
-/// P/(nTZ) − 1.
+/// Compares every run with its prediction. All numbers are P/(nTZ) − 1.
 fn verdicts(
     runs: &[Finished],
     scans: &[(Scan, Estimate)],
@@ -275,16 +276,21 @@ fn verdicts(
             let measured = Estimate::new(measured, error);
             if expected < 1.0 {
                 let reach = 4.0 * error + 0.2 * expected;
-                let claim = format!("counting noise ({expected:.3}) explains {setup}");
+                let claim = format!("P/(nTZ) − 1 predicted by counting noise ({expected:.3}): {setup}");
                 verdicts.between(FIGURE, &claim, measured, expected - reach, expected + reach);
             } else {
                 // Far from the profile that the formula takes it is no more than a warning.
-                verdicts.at_least(FIGURE, &format!("the column runs away in {setup}"), measured, 1.0);
+                verdicts.at_least(
+                    FIGURE,
+                    &format!("no steady state, P/(nTZ) − 1 above 1: {setup}"),
+                    measured,
+                    1.0,
+                );
             }
         }
         let pairs = outcome.bands[1][..7].iter().zip(&outcome.bands[0][..7]);
         let widest = largest(pairs.map(|(fine, coarse)| (fine.deviation.mean - coarse.deviation.mean).abs()));
-        let claim = format!("halving the measuring bins changes nothing in {setup}");
+        let claim = format!("difference with half the measuring bins: {setup}");
         verdicts.at_most(FIGURE, &claim, Estimate::exact(widest), 0.005);
     }
     // Where bins are hardly ever occupied, what an empty one counts as decides, and the formula is
@@ -294,7 +300,7 @@ fn verdicts(
         let expected = scan.predicted()?;
         let reach = 4.0 * deviation.standard_error + 0.2 * expected.abs();
         let claim = format!(
-            "counting noise ({expected:.3}) explains the small column, bins {bin}, S = {maximum_displacement}"
+            "P/(nTZ) − 1 predicted by counting noise ({expected:.3}): small column, bins {bin}, S = {maximum_displacement}"
         );
         verdicts.between(FIGURE, &claim, *deviation, expected - reach, expected + reach);
     }
@@ -303,7 +309,7 @@ fn verdicts(
     for (setup, outcome) in runs.iter().filter(|(setup, _)| frozen(setup.scheme)) {
         let off = |band: &run::Band| band.deviation.deviation_from(0.0).abs();
         let farthest = largest(outcome.bands[0].iter().map(off));
-        let claim = format!("no bias in {setup}: the band farthest from zero, in standard errors");
+        let claim = format!("largest |P/(nTZ) − 1| of a band in standard errors, no bias: {setup}");
         verdicts.at_most(FIGURE, &claim, Estimate::exact(farthest), 4.0);
     }
     Ok(verdicts)

@@ -36,8 +36,8 @@ pub(crate) fn draw(
     if areas.len() == 1 {
         figure = figure.panel(widths(scans, place(0.5, top))?);
     }
-    let caption = "Where the paper's 7 % come from: counting noise in a field that follows every configuration, by bins and bases; \
-                   schemes without it; and how it depends on the bins that a move crosses.";
+    let caption = "P/(nTZ) − 1 by counting noise in a field that changes with every configuration, for several bins and bases, which explains the \
+    7 % of the paper; schemes without this bias; and its dependence on the number of bins that a move crosses.";
     report.picture("seven_per_cent", &figure, caption)
 }
 
@@ -145,7 +145,7 @@ fn crossing(scans: &[(Scan, Estimate)], place: Place) -> Result<Panel, Failure> 
     )
     .with_legend(Corner::BottomRight)
     .line("counting noise outside the own bin", colors::VERMILION, Mark::Line, curve)
-    .points("last sweep's histogram", colors::INK, Mark::Points, measured))
+    .points("histogram of the last sweep", colors::INK, Mark::Points, measured))
 }
 
 fn widths(scans: &[(Scan, Estimate)], place: Place) -> Result<Panel, Failure> {
@@ -163,5 +163,5 @@ fn widths(scans: &[(Scan, Estimate)], place: Place) -> Result<Panel, Failure> {
     )
     .with_legend(Corner::TopRight)
     .line("counting noise outside the own bin", colors::VERMILION, Mark::Line, curve)
-    .points("last sweep's histogram", colors::INK, Mark::Points, measured))
+    .points("histogram of the last sweep", colors::INK, Mark::Points, measured))
 }

@@ -1,4 +1,4 @@
-//! The bias that a field from instantaneous counts must have, from theory alone.
+//! The predicted bias of a field from instantaneous counts.
 
 use super::run::Column;
 use gradient_mc::drive::over_weight;
@@ -8,7 +8,7 @@ use gradient_mc::temperature::ExponentialTemperature;
 use gradient_mc::{HydrostaticProfile, Hydrostatics, Slab};
 use paper::Failure;
 
-/// A column's theory profile and what follows from it.
+/// The theory profile of a column, for predictions.
 #[derive(Debug, Clone)]
 pub(crate) struct Prediction {
     column: Column,
@@ -42,8 +42,8 @@ impl Prediction {
             lost += (over_weight(density * area * bin, factor) - 1.0) * column.decay_rate * load(x) * STEP;
             x += STEP;
         }
-        // The forces hold up less than weighs, and the density gives way until they do: P/(nTZ) = 1/(1 −
-        // lost).
+        // The forces hold up less than the weight, and the density changes until they are equal:
+        // P/(nTZ) = 1/(1 − lost).
         1.0 / (1.0 - lost / load(height)) - 1.0
     }
 }
@@ -51,10 +51,10 @@ impl Prediction {
 /// The part of the field's work that a move does outside the bin in which it starts, for
 /// displacements uniform in (−S, S) and starts uniform in the bin.
 ///
-/// In the own bin n and 1/n belong to the same count and nothing is over-weighted. A displacement d
-/// < w leaves the bin for d²/(2w) of its length on average, a longer one for d − w/2; each counts
-/// with its length d, since what it contributes to the drift is d times the change of potential
-/// along it.
+/// Within the starting bin n and 1/n are from the same count and there is no bias. A displacement d
+/// < w is outside the bin for d²/(2w) of its length on average, a longer one for d − w/2. Each is
+/// weighted with its length d, because its contribution to the drift is d times the change of
+/// potential along it.
 pub(crate) fn part_outside(maximum_displacement: f64, bin: f64) -> f64 {
     let (s, w) = (maximum_displacement, bin);
     if s <= w {

@@ -52,7 +52,7 @@ pub(crate) enum SchemeChoice {
 pub(crate) enum MovesChoice {
     /// The fastest: event chains, and local moves between them.
     Chains,
-    /// The paper's: local moves of at most so many diameters along each axis.
+    /// Local moves as in the paper, with this maximum displacement along each axis, in diameters.
     Local(f64),
 }
 
@@ -80,7 +80,7 @@ pub(crate) struct Outcome {
     pub(crate) bands: Vec<Vec<Band>>,
     pub(crate) center_of_mass: Estimate,
     pub(crate) certificate: Certificate,
-    /// What the run says against itself.
+    /// Warnings about the run.
     pub(crate) warnings: Vec<Warning>,
 }
 

@@ -1,5 +1,5 @@
-//! How the bias depends on the bins, and on how many of them a move crosses: a small column, swept
-//! by local moves.
+//! Dependence of the bias on the bin width and on the number of bins that a move crosses, in a
+//! small column with local moves.
 
 use super::prediction::{Prediction, part_outside};
 use super::run::Column;
@@ -54,7 +54,7 @@ impl Scan {
         all.enumerate().map(scan).collect()
     }
 
-    /// What counting noise predicts.
+    /// The prediction by counting noise.
     pub(crate) fn predicted(&self) -> Result<f64, Failure> {
         Ok(part_outside(self.maximum_displacement, self.bin) * full_bias(self.bin)?)
     }

@@ -34,7 +34,7 @@ fn scheme_color(scheme: Scheme) -> RGBColor {
     }
 }
 
-/// Points of one system with what they are measured against.
+/// Points of one system and their reference.
 #[derive(Clone, Copy)]
 pub(crate) struct Data<'a> {
     pub(crate) system: System,
@@ -56,7 +56,7 @@ impl Data<'_> {
     fn panel(&self, quantity: Quantity, place: Place, title: &str) -> Panel {
         let floor = quantity.of(&self.reference.errors);
         let coordinates = self.coordinates(quantity);
-        // A staircase: until the next point nothing is better.
+        // A staircase up to the next point of the front.
         let mut stairs: Vec<(f64, f64)> = Vec::new();
         for index in self.front(quantity) {
             if let Some(&(_, error)) = stairs.last() {
@@ -80,7 +80,7 @@ impl Data<'_> {
             Axis::logarithmic(quantity.label(), ERRORS[0], ERRORS[1]),
         )
         .with_title(title)
-        .line("reference's own error", colors::GRAY, Mark::Dashed, [(TIMES[0], floor), (TIMES[1], floor)])
+        .line("error of the reference", colors::GRAY, Mark::Dashed, [(TIMES[0], floor), (TIMES[1], floor)])
         .line("Pareto front", RGBColor(205, 205, 205), Mark::Line, stairs)
         .points("theory, base at x = 0", colors::GRAY, Mark::Points, theories(false))
         .points("theory, between walls", colors::INK, Mark::Points, theories(true))
@@ -131,7 +131,7 @@ fn quarter(column: usize, row: usize) -> Place {
 /// All moves of a system: n above, P below; small base at the left, full base at the right.
 pub(crate) fn system(data: Data<'_>) -> Figure {
     let title = format!(
-        "Error against CPU time, {}; full lines: theory start, dashed: uniform start",
+        "Error against CPU time, {}; full lines: theory start, dashed: random start",
         data.system.title()
     );
     let mut figure = Figure::new(&title).with_size(1600, 1400);
@@ -182,10 +182,10 @@ pub(crate) fn schemes(data: Data<'_>) -> Figure {
     figure
 }
 
-/// Claimed against true errors of all simulations.
+/// Estimated against true errors of all simulations.
 pub(crate) fn claims(all: &[Data<'_>]) -> Figure {
     const RANGE: [f64; 2] = [1e-4, 1.0];
-    let mut figure = Figure::new("Claimed and true errors of all simulations, one thread; above the dashed line the claim is too small by more than two")
+    let mut figure = Figure::new("Estimated and true errors of all simulations, one thread; above the dashed line the true error is more than twice the estimate")
         .with_size(1600, 1050);
     for (row, quantity) in Quantity::BOTH.into_iter().enumerate() {
         for (column, data) in all.iter().enumerate() {
@@ -199,7 +199,7 @@ pub(crate) fn claims(all: &[Data<'_>]) -> Figure {
             let floor = quantity.of(&data.reference.errors);
             let mut panel = Panel::new(
                 place,
-                Axis::logarithmic("claimed error", RANGE[0], RANGE[1]),
+                Axis::logarithmic("estimated error", RANGE[0], RANGE[1]),
                 Axis::logarithmic("true error", RANGE[0], RANGE[1]),
             )
             .with_title(&format!("{}, {}", quantity.symbol(), data.system.title()))
@@ -286,10 +286,10 @@ pub(crate) fn overview(all: &[Data<'_>], contest: &Contest, target: f64) -> Figu
         let quantity = Quantity::Density;
         let mut panel = data.panel(quantity, quarter(index % 2, index / 2), &title);
         for method in Method::all(data.system) {
-            // From the start that knows nothing; the other is in the pictures of the systems.
+            // From the random start; the theory start is in the pictures of the systems.
             if method.start == Start::Uniform && method.scheme == Scheme::SelfConsistent {
                 let label = if method.is_full() { method.moves.label() } else { "" };
-                // Here the lines tell bases apart.
+                // Here the line style distinguishes the bases.
                 let shown = panel;
                 panel = data.series_of_base(shown, method, quantity, label);
             }
@@ -324,8 +324,8 @@ impl Data<'_> {
     }
 }
 
-/// What the gradient buys: at nine, seventeen and sixty-five packing fractions, and for the whole
-/// curve.
+/// The gradient compared with homogeneous runs: at nine, seventeen and sixty-five packing
+/// fractions, and for the whole curve.
 pub(crate) fn contest(contest: &Contest, target: f64) -> Figure {
     let tasks = [Task::NINE, Task::SEVENTEEN, Task::SIXTY_FIVE, Task::Curve(8)];
     let title = "The equation of state from one gradient run, and from homogeneous runs, from scratch";

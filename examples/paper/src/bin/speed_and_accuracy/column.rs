@@ -1,4 +1,4 @@
-//! A column that is being simulated, whatever it is made of, behind one face.
+//! A simulated column, with one interface for all methods.
 
 use crate::method::{Method, Moves, Scheme, Start};
 use crate::profile::{COLUMN_DENSITY, ColumnObserver, HEIGHT, Profile};
@@ -34,7 +34,7 @@ pub(crate) trait Column: Send {
     /// Goes on equilibrating; CPU seconds.
     fn equilibrate(&mut self, sweeps: u64) -> Result<f64, Failure>;
 
-    /// What a production run that began here would measure. The column itself stays where it is.
+    /// The results of a production run that starts here. The column itself is unchanged.
     fn measure(&self, sweeps: u64, moves: Moves) -> Result<Stretch, Failure>;
 }
 
@@ -51,7 +51,7 @@ where
     }
 
     fn measure(&self, sweeps: u64, moves: Moves) -> Result<Stretch, Failure> {
-        // Neighboring sweeps look alike; of a short run every one is wanted.
+        // Neighboring sweeps are correlated; short runs sample every sweep.
         let interval = (sweeps / 250).clamp(1, 5);
         let mut production = self.clone();
         let start = cpu_seconds();
@@ -73,7 +73,7 @@ where
                 }
                 Err(error) => return Err(error.into()),
             };
-            // A run that is too short may have an equation of state that bears no column.
+            // The equation of state of a short run may give no profile.
             let bulk = solved.map_or_else(|_| Profile::unknown(), |solved| theory::binned(&solved));
             profile.take_above(&bulk, layers);
         }

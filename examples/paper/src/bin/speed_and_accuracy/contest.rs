@@ -1,4 +1,4 @@
-//! The equation of state of a range of packing fractions: one run in a gradient against a
+//! The equation of state over a range of packing fractions: one run in a gradient compared with a
 //! homogeneous run for each.
 
 use crate::gradient::{Column, Route, Yield};
@@ -30,13 +30,13 @@ pub(crate) fn equilibration(sweeps: u64) -> u64 {
     sweeps / 4
 }
 
-/// A way to the equation of state.
+/// A method for the equation of state.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Way {
     Gradient(Column, Route),
     Local,
     Chains,
-    /// As if the homogeneous chains were as fast as the library's, event by event.
+    /// Homogeneous chains with the time per event of the library.
     ChainsAtPace,
 }
 
@@ -46,7 +46,7 @@ impl Way {
             Self::Gradient(column, route) => format!("{}, {}", column.label(), route.label()),
             Self::Local => "homogeneous, local moves".to_owned(),
             Self::Chains => "homogeneous, event chains".to_owned(),
-            Self::ChainsAtPace => "homogeneous, event chains at the library's pace".to_owned(),
+            Self::ChainsAtPace => "homogeneous, event chains at the speed of the library".to_owned(),
         }
     }
 
@@ -55,8 +55,8 @@ impl Way {
     }
 }
 
-/// What is asked for. The first number is the stride on the finest grid; a gradient run has the
-/// whole curve whatever it is.
+/// The requested quantity. The first number is the stride on the finest grid; a gradient run always
+/// gives the whole curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) enum Task {
     /// Z at packing fractions of the finest grid from one to another: rms error.
@@ -212,7 +212,7 @@ fn follow(technique: Technique, eta: f64, seed: u64, patience: f64) -> Result<Ve
     }
 }
 
-/// A way after so many sweeps: what a task takes and how well it is done.
+/// A method after a number of sweeps: its CPU time and error for a task.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Point {
     /// CPU seconds to equilibrate and to measure, medians over replicas.
@@ -236,7 +236,7 @@ pub(crate) struct Contest {
     /// Of each technique, of each replica, of each packing fraction of the finest grid; none where
     /// there are no runs.
     homogeneous: [(Way, Vec<Vec<Vec<Single>>>); 2],
-    /// Events of the library over those of the homogeneous chains, per CPU second.
+    /// Events per CPU second of the library over those of the homogeneous chains.
     pace: f64,
 }
 
@@ -302,7 +302,7 @@ impl Contest {
         Ok(Self { gradients: gradients.to_vec(), homogeneous, pace: pace.chains() })
     }
 
-    /// All ways. Both routes together are of use where the column is at rest.
+    /// All methods. Both routes are combined where the column is stationary.
     pub(crate) fn ways() -> impl Iterator<Item = Way> {
         let gradients = [
             (Column::Designed, Route::Collisions),

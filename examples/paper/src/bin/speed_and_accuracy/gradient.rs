@@ -56,7 +56,7 @@ impl Column {
     }
 }
 
-/// What in a run the equation of state is read from.
+/// The route by which a run gives the equation of state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Route {
     Collisions,
@@ -76,7 +76,7 @@ impl Route {
     }
 }
 
-/// What a run yields, and what it takes.
+/// The result of a run and its CPU time.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Yield {
     /// CPU seconds to equilibrate and to measure.

@@ -1,22 +1,21 @@
-//! Speed against accuracy: every way there is to n(x) and P(x) of the three systems of Mehrotra,
-//! Puri and Khakhar (doi:10.1103/PhysRevE.83.061306), from the formula of the ideal gas to event
-//! chains on the full base, by its true error and the CPU time that it takes; and what a gradient
-//! buys: the equation of state from one run, against homogeneous runs.
+//! Speed against accuracy: CPU time and true error of all methods for n(x) and P(x) of the three
+//! systems of Mehrotra, Puri and Khakhar (doi:10.1103/PhysRevE.83.061306), from the formula of the
+//! ideal gas to event chains on the full base; and of the equation of state from one run in a
+//! gradient, compared with homogeneous runs.
 //!
-//! | error of | is |
+//! | quantity | error |
 //! |---|---|
 //! | n(x) | the total variation distance ½∫abs(n − n') dx/(N/A), n averaged over bins one diameter high |
 //! | P(x) | the largest abs(P − P') over P' at the base, at the middles of these bins |
 //!
-//! n', P' are those of long runs that are stored in `reference/`, with their errors. Times are CPU
-//! seconds of the thread, which do not count what others do on the machine, though it slows down
-//! what they count; two threads are two replicas, and their time that of the slower, what the clock
-//! of an idle machine would show. Runs are kept when they are done; one that was interrupted is
-//! made and timed anew from its start, so that its time is of one process. How long a run is
-//! depends on the time it takes; what it measures depends on the seed only.
+//! The references n', P' are from long runs stored in `reference/`, with their errors. Times are
+//! CPU seconds of the thread; other programs on the machine increase them only slightly. Two
+//! threads are two replicas with the time of the slower one. Finished runs are kept; an interrupted
+//! run starts again, so that its time is of one process. The length of a run depends on the time it
+//! takes; its results depend only on the seed.
 //!
-//! A result whose true error is more than twice the one that it claims is over-confident: a ring in
-//! the charts. `--long` makes the reference runs anew.
+//! A result whose true error is more than twice its own error estimate is over-confident, shown as
+//! a ring in the charts. `--long` repeats the reference runs.
 
 #[macro_use]
 extern crate paper;
@@ -47,35 +46,33 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 use system::System;
 
-/// Charts the error of every method against its time, and the gradient against homogeneous runs.
+/// Charts error against CPU time of every method, and compares the gradient with homogeneous runs.
 #[derive(clap::Args, Debug)]
 struct Arguments {
-    /// Makes the reference runs anew first, and stores them with the example: five minutes more on
-    /// two cores
+    /// First repeat the reference runs and store them with the program (five minutes more on two
+    /// cores)
     #[arg(long)]
     long: bool,
-    /// Only the reference runs, with `--long`
+    /// Only the reference runs; needs `--long`
     #[arg(long, requires = "long")]
     only_reference: bool,
-    /// Takes the references from this directory; by default those that the program was compiled
-    /// with
+    /// Directory of the references [default: those compiled into the program]
     #[arg(long)]
     reference: Option<PathBuf>,
-    /// CPU seconds of the longest run that is waited for on the small base; twice as many on the
-    /// full one
+    /// CPU seconds of the longest run on the small base; twice as many on the full base
     #[arg(long, default_value_t = 1.5)]
     patience: f64,
-    /// CPU seconds of the longest gradient run for the equation of state, and of seventeen
-    /// homogeneous ones together
+    /// CPU seconds of the longest gradient run for the equation of state, and of the seventeen
+    /// homogeneous runs together
     #[arg(long, default_value_t = 4.0)]
     gradient_patience: f64,
-    /// Leaves out the full base, for a quick look
+    /// Leave out the full base, for a quick overview
     #[arg(long)]
     small: bool,
-    /// Replicas on the small base; half as many on the full one
+    /// Replicas on the small base; half as many on the full base
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(2..=1000))]
     replicas: u64,
-    /// Relative error of the equation of state that times are quoted for
+    /// Relative error of the equation of state for which times are printed
     #[arg(long, default_value_t = 0.005)]
     target: f64,
 }
@@ -97,7 +94,7 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     let references = references(arguments, session)?;
     let mut refusals = Vec::new();
     let mut points = Vec::new();
-    // While nothing else runs: microseconds are easily disturbed.
+    // Before other runs, because they would disturb times of microseconds.
     for (system, reference) in System::ALL.into_iter().zip(&references) {
         let mut own = theory::points(system, reference, &mut refusals)?;
         for (_, method, replicas) in followed.iter().filter(|(of, ..)| *of == system) {
@@ -122,7 +119,7 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     conclude_from(&all, &contest, arguments.target, report)
 }
 
-/// Where new references are stored: with the program, unless they are worth nothing.
+/// Directory of new references: with the program, or in the output directory for short runs.
 fn stored(session: &Session) -> PathBuf {
     if session.short { session.directory.join("reference") } else { reference::directory() }
 }
@@ -175,11 +172,7 @@ fn write(all: &[Data<'_>], contest: &Contest, target: f64, report: &mut Report) 
     report::write_contest(contest, report)?;
     for data in all {
         let name = data.system.name();
-        report.picture(
-            name,
-            &chart::system(*data),
-            "Errors of n(x) and P(x) against the CPU time that they take.",
-        )?;
+        report.picture(name, &chart::system(*data), "Errors of n(x) and P(x) against CPU time.")?;
         if data.system == System::VaryingTemperature {
             report.picture(
                 "schemes",
@@ -188,11 +181,11 @@ fn write(all: &[Data<'_>], contest: &Contest, target: f64, report: &mut Report) 
             )?;
         }
     }
-    let caption = "What results claim of their own errors, against these; rings: over-confident.";
+    let caption = "Estimated against true errors; rings: over-confident.";
     report.picture("claims", &chart::claims(all), caption)?;
-    let caption = "The equation of state from one run in a gradient, against homogeneous runs.";
+    let caption = "The equation of state from one run in a gradient, compared with homogeneous runs.";
     report.picture("equation_of_state", &chart::contest(contest, target), caption)?;
-    let caption = "The best ways to n(x), and to the equation of state.";
+    let caption = "The best methods for n(x) and for the equation of state.";
     report.picture("speed_and_accuracy", &chart::overview(all, contest, target), caption)
 }
 
@@ -220,7 +213,7 @@ fn conclude_from(
         }
     }
     println!("\n{}", report::contest_table(contest, &Task::DENSITIES, target, false));
-    println!("≈: not reached; as if the error fell on with the square root of time.");
+    println!("≈: not reached; extrapolated with an error proportional to 1/sqrt(time).");
     report.verdicts = verdict::judge(all, contest, target);
     report.finish()
 }

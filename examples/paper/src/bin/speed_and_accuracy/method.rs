@@ -1,9 +1,9 @@
-//! The ways of simulating a column.
+//! The methods of simulating a column.
 
 use crate::system::System;
 use std::fmt;
 
-/// What sweeps consist of.
+/// The moves of a sweep.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Moves {
     /// S = 0.75, as in the paper.
@@ -12,8 +12,8 @@ pub(crate) enum Moves {
     /// Event chains, and tuned local moves between them.
     ChainsAndTuned,
     ChainsAlone,
-    /// Event chains alone, half of them lateral, whose collisions tell the equation of state: above
-    /// the layers n and P are those of hydrostatics with it.
+    /// Event chains alone, half of them lateral, with the equation of state from their collisions;
+    /// above the layers n and P are those of hydrostatics with this equation.
     OwnEquation,
 }
 
@@ -32,7 +32,7 @@ impl Moves {
     }
 }
 
-/// Where the spheres are at first.
+/// Initial configuration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Start {
     Uniform,
@@ -44,14 +44,14 @@ pub(crate) enum Start {
 impl Start {
     pub(crate) fn label(self) -> &'static str {
         match self {
-            Self::Uniform => "uniform start",
+            Self::Uniform => "random start",
             Self::ClosePacked => "close-packed start",
             Self::Theory => "theory start",
         }
     }
 }
 
-/// How n(x) enters the effective field, where the temperature varies.
+/// Scheme of the effective field if the temperature varies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Scheme {
     SelfConsistent,
@@ -92,7 +92,7 @@ pub(crate) struct Method {
     pub(crate) start: Start,
     /// Side of the square base.
     pub(crate) width: f64,
-    /// Of no account where the temperature is one.
+    /// Not used in isothermal systems.
     pub(crate) scheme: Scheme,
 }
 

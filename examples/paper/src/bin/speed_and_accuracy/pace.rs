@@ -1,5 +1,5 @@
-//! Whether the homogeneous opponent is a fair one: its moves per CPU second beside the library's,
-//! in turn.
+//! Moves per CPU second of the homogeneous program and of the library, measured alternately, to
+//! check that the comparison is fair.
 
 use gradient_mc::equation_of_state::number_density;
 use gradient_mc::field::UniformField;

@@ -1,15 +1,15 @@
-//! A point of the chart: a way to get n(x) and P(x), what it costs and how good it is.
+//! A point of the chart: a method for n(x) and P(x) with its CPU time and errors.
 
 use crate::method::Method;
 use crate::profile::Errors;
 use crate::reference::Reference;
 
-/// What made a point.
+/// The method of a point.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Way {
-    /// A theory by its name; whether it is told of the walls.
+    /// A theory by its name; `walls` is whether it includes the walls.
     Theory { name: String, walls: bool },
-    /// A simulation; so many replicas at the same time, one on each thread, and their mean.
+    /// A simulation, as the mean of simultaneous replicas, one on each thread.
     Simulation { method: Method, threads: usize, sweeps: u64 },
 }
 
@@ -21,7 +21,7 @@ pub(crate) struct Point {
     pub(crate) seconds: f64,
     /// The true errors: root mean squares over replicas.
     pub(crate) errors: Errors,
-    /// What the result says of its own errors, if it says anything; root mean squares too.
+    /// The estimated errors of the result, if it has any; root mean squares too.
     pub(crate) claims: Option<Errors>,
 }
 
@@ -58,11 +58,11 @@ impl Quantity {
 }
 
 impl Point {
-    /// A true error above so many times the claimed one is over-confident.
+    /// A result is over-confident if its true error exceeds the estimated one by this factor.
     const FACTOR: f64 = 2.0;
 
-    /// Whether the true error is more than twice what is claimed; what the reference does not know
-    /// is not held against it.
+    /// Whether the true error is more than twice the estimated one, allowing for the error of the
+    /// reference.
     pub(crate) fn is_over_confident(&self, quantity: Quantity, reference: &Reference) -> bool {
         self.claims.as_ref().is_some_and(|claims| {
             let known = quantity.of(claims).hypot(quantity.of(&reference.errors));
@@ -82,7 +82,7 @@ impl Point {
         matches!(self.way, Way::Theory { .. })
     }
 
-    /// What made it, in words, without the number of sweeps.
+    /// Name of the method, without the number of sweeps.
     pub(crate) fn name(&self) -> String {
         match &self.way {
             Way::Theory { name, walls: false } => name.clone(),

@@ -45,7 +45,7 @@ impl Profile {
         self.center_of_mass = other.center_of_mass;
     }
 
-    /// The mean of independent profiles; errors are those that they claim.
+    /// The mean of independent profiles, with errors from their estimated errors.
     pub(crate) fn mean(profiles: &[&Self]) -> Self {
         let count = profiles.len() as f64;
         let mean =
@@ -63,7 +63,7 @@ impl Profile {
         }
     }
 
-    /// The mean of independent profiles; errors are those that their scatter tells.
+    /// The mean of independent profiles, with errors from their scatter.
     pub(crate) fn mean_with_scatter(profiles: &[&Self]) -> Self {
         let mean = Self::mean(profiles);
         let count = profiles.len() as f64;
@@ -84,7 +84,7 @@ impl Profile {
         }
     }
 
-    /// The errors that this profile claims of itself.
+    /// The estimated errors of this profile.
     pub(crate) fn claims(&self) -> Errors {
         let base = self.pressure.first().copied().unwrap_or(f64::NAN);
         let relative = |errors: &[f64], values: &[f64]| -> Vec<f64> {
@@ -108,7 +108,7 @@ impl Profile {
         }
     }
 
-    /// How far this profile is from a reference.
+    /// The errors of this profile compared with a reference.
     pub(crate) fn errors(&self, reference: &Self) -> Errors {
         Errors {
             misplaced: accuracy::total_variation_distance(&self.density, &reference.density, COLUMN_DENSITY),
@@ -120,7 +120,7 @@ impl Profile {
     }
 }
 
-/// Errors of a profile, or what it claims them to be; definitions in `paper::accuracy`.
+/// True or estimated errors of a profile; definitions in `paper::accuracy`.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Errors {
     /// Of n: the fraction of the spheres at a wrong height.

@@ -8,17 +8,17 @@ use paper::output::{create_directory, read_csv, write_csv};
 use paper::{Failure, Session, Side, accuracy};
 use std::path::{Path, PathBuf};
 
-/// A stored profile and what is known of it.
+/// A stored profile and its properties.
 #[derive(Debug, Clone)]
 pub(crate) struct Reference {
     pub(crate) profile: Profile,
-    /// What its own errors say of it: it does not tell smaller ones of others.
+    /// Its estimated errors; smaller errors of other results are not resolved.
     pub(crate) errors: Errors,
     /// CPU seconds that it took, of all replicas together.
     pub(crate) seconds: f64,
 }
 
-/// Side of the base; a smaller one tells whether it is wide enough.
+/// Side of the base; a smaller one tests whether it is wide enough.
 const WIDTH: f64 = 12.0;
 const CONTROL_WIDTH: f64 = 8.0;
 const REPLICAS: u64 = 6;
@@ -56,7 +56,7 @@ impl Reference {
     fn parse(text: &str) -> Result<Self, Failure> {
         let rows = read_csv::<5>(text)?;
         if rows.len() != BINS {
-            return Err("the reference has to be made first: --long".into());
+            return Err("there is no reference: make it with --long".into());
         }
         let column = |index: usize| rows.iter().map(|row| row[index]).collect();
         let profile = Profile {
@@ -78,7 +78,7 @@ fn noted(text: &str, name: &str) -> Result<f64, Failure> {
         .filter_map(|line| line.strip_prefix("# "))
         .flat_map(|line| line.split(", "))
         .find_map(|part| part.strip_prefix(name)?.strip_prefix(" = "))
-        .ok_or_else(|| format!("the reference does not say its {name}"))?;
+        .ok_or_else(|| format!("the reference has no {name}"))?;
     Ok(number.parse()?)
 }
 
@@ -181,7 +181,7 @@ fn store(system: System, seed: u64, runs: &Runs, control: &Runs, path: &Path) ->
             small.claims().misplaced,
             small.claims().pressure,
         ),
-        format!("misplaced between above and below: {sides:.2e}, by errors {sides_expected:.2e}"),
+        format!("total variation distance between above and below: {sides:.2e}, expected from errors {sides_expected:.2e}"),
         format!(
             "misplaced between {WIDTH} x {WIDTH} and {CONTROL_WIDTH} x {CONTROL_WIDTH}: {bases:.2e}, by errors \
              {bases_expected:.2e}; h_c of the smaller base {:.5} +- {:.5}",

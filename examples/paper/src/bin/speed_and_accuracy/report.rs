@@ -9,7 +9,7 @@ use paper::{Failure, Report, output};
 use std::fmt;
 use std::io::Write;
 
-/// A way with all its points, the cheapest first.
+/// A method with all its points, the cheapest first.
 pub(crate) struct Family<'a> {
     pub(crate) name: String,
     pub(crate) points: Vec<&'a Point>,
@@ -29,7 +29,7 @@ pub(crate) fn families<'a>(data: &Data<'a>) -> Vec<Family<'a>> {
 }
 
 impl Family<'_> {
-    /// CPU seconds until the error is below a target for good.
+    /// CPU seconds until the error stays below a target.
     pub(crate) fn time_to(&self, quantity: Quantity, target: f64) -> Option<f64> {
         let points: Vec<(f64, f64)> =
             self.points.iter().map(|point| (point.seconds, quantity.of(&point.errors))).collect();
@@ -55,7 +55,7 @@ fn percent(value: f64) -> String {
     if value.is_nan() { "-".to_owned() } else { format!("{:.2}", 100.0 * value) }
 }
 
-/// Every way on one thread: times to 1 % and to 0.3 %, and its last point.
+/// Every method on one thread: times to 1 % and 0.3 %, and its last point.
 pub(crate) fn system_table(data: &Data<'_>) -> Table {
     let mut table = Table::new([
         data.system.title(),
@@ -63,11 +63,11 @@ pub(crate) fn system_table(data: &Data<'_>) -> Table {
         "n to 0.3 %".into(),
         "P to 1 %".into(),
         "P to 0.3 %".into(),
-        "at the end".into(),
-        "n misplaced, %".into(),
-        "claimed".into(),
+        "longest run".into(),
+        "n, %".into(),
+        "estimated".into(),
         "P, %".into(),
-        "claimed".into(),
+        "estimated".into(),
         "bulk n, %".into(),
         "bulk P, %".into(),
         "h_c, %".into(),
@@ -78,7 +78,7 @@ pub(crate) fn system_table(data: &Data<'_>) -> Table {
     cells[4] = time(Some(data.reference.seconds));
     cells[6] = percent(own.misplaced);
     cells[8] = percent(own.pressure);
-    table.row("the reference, by its own errors", cells);
+    table.row("the reference, estimated error", cells);
     for family in families(data) {
         let Some(last) = family.points.last() else { continue };
         if last.threads() > 1 {
@@ -105,7 +105,7 @@ pub(crate) fn system_table(data: &Data<'_>) -> Table {
                 percent(last.errors.bulk_pressure),
                 percent(last.errors.center_of_mass),
                 if last.claims.is_none() {
-                    "no claim".to_owned()
+                    "no estimate".to_owned()
                 } else {
                     format!("n {}, P {} of {}", over[0], over[1], family.points.len())
                 },
@@ -134,11 +134,10 @@ pub(crate) fn front_table(data: &Data<'_>, quantity: Quantity) -> Table {
     table
 }
 
-/// What two threads gain: the error of the mean of two replicas over that of one, at the longest
-/// runs.
+/// The error of the mean of two replicas over that of one, for the longest runs.
 pub(crate) fn threads_table(all: &[Data<'_>]) -> Table {
     let mut table = Table::new([
-        "error of two threads over that of one, median of all simulations' last points",
+        "error of two threads over that of one, median over the longest runs of all simulations",
         "n",
         "P",
         "CPU seconds",

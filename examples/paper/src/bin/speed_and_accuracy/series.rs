@@ -38,7 +38,7 @@ impl Task {
     }
 
     /// Runs of 32, 64, 128 ... sweeps of equilibration and as many of measurement each. They share
-    /// their equilibration; what a run is said to take is what it would take by itself.
+    /// their equilibration; the time of a run includes its whole equilibration.
     pub(crate) fn follow(&self) -> Result<Vec<Checkpoint>, Failure> {
         let (mut column, mut seconds) = column::build(self.system, self.method, self.seed)?;
         let mut checkpoints = Vec::new();

@@ -1,4 +1,4 @@
-//! The ways without a simulation.
+//! The methods without a simulation.
 
 use crate::column::particles;
 use crate::point::{Point, Way};
@@ -15,7 +15,7 @@ use paper::Failure;
 use paper::accuracy::BIN_HEIGHT;
 use paper::clock::cpu_seconds;
 
-/// A theory that has no result, and why.
+/// A theory without a result, and the reason.
 #[derive(Debug)]
 pub(crate) struct Refusal {
     pub(crate) system: System,

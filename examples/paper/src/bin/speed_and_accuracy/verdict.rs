@@ -1,4 +1,4 @@
-//! What is claimed, judged by the data.
+//! The claims of the study, tested with the data.
 
 use crate::chart::Data;
 use crate::contest::{Contest, Crossing, Task, Way};
@@ -8,7 +8,7 @@ use crate::report::{self, Family, families, time};
 use crate::system::System;
 use paper::verdict::Verdicts;
 
-/// What references are good for.
+/// Largest error of a reference.
 const FLOOR: f64 = 1e-3;
 
 /// Judges everything.
@@ -35,7 +35,7 @@ impl Judge {
         let own = data.reference.errors.misplaced;
         self.claim(
             own <= FLOOR,
-            &format!("{system}: the reference knows n to {own:.1e}, {FLOOR:.0e} at most"),
+            &format!("{system}: error of n of the reference {own:.1e}, at most {FLOOR:.0e}"),
         );
         let families = families(data);
         let is_theory = |family: &&Family<'_>| family.points.iter().all(|point| point.is_theory());
@@ -60,21 +60,20 @@ impl Judge {
             self.claim(
                 holds,
                 &format!(
-                    "{system}: the cheapest way to {} within 1 % is a theory, {}; of simulations {}",
+                    "{system}: the fastest method for {} within 1 % is a theory, {}; of simulations {}",
                     quantity.symbol(),
                     words(&theory),
                     words(&simulation),
                 ),
             );
             println!(
-                "cheapest for {} within 0.3 %, {system}: of theories {}, of simulations {}",
+                "fastest for {} within 0.3 %, {system}: of theories {}, of simulations {}",
                 quantity.symbol(),
                 words(&cheapest(0.003, true)),
                 words(&cheapest(0.003, false)),
             );
         }
-        // Tuned moves are ahead of the paper's S = 0.75 wherever both are followed from a start that knows
-        // nothing.
+        // Tuned moves have smaller errors than S = 0.75 of the paper, from a random start.
         for width in [crate::method::SMALL, crate::method::FULL] {
             let last = |moves| {
                 last_point(
@@ -87,8 +86,8 @@ impl Judge {
                 self.claim(
                     ratio > 1.0,
                     &format!(
-                        "{system}, {width} x {width}, uniform start: after {} S = 0.75 has misplaced {:.2} % of the spheres, tuned \
-                         moves {:.2} % after {}",
+                        "{system}, {width} x {width}, random start, total variation distance: S = 0.75 after {} {:.2} %, tuned \
+                        moves {:.2} % after {}",
                         time(Some(paper.seconds)),
                         100.0 * paper.errors.misplaced,
                         100.0 * tuned.errors.misplaced,
@@ -112,7 +111,7 @@ impl Judge {
             self.claim(
                 over,
                 &format!(
-                    "the instantaneous scheme on 5 x 5 is over-confident: misplaced {:.2} %, claimed {:.2} %",
+                    "the instantaneous scheme on 5 x 5 is over-confident: total variation distance {:.2} %, estimated {:.2} %",
                     100.0 * paper.errors.misplaced,
                     100.0 * paper.claims.map_or(f64::NAN, |claims| claims.misplaced),
                 ),
@@ -120,7 +119,7 @@ impl Judge {
             self.claim(
                 !ours.is_over_confident(Quantity::Density, data.reference),
                 &format!(
-                    "the self-consistent scheme is not, of n: misplaced {:.2} %, claimed {:.2} %",
+                    "the self-consistent scheme is not: total variation distance {:.2} %, estimated {:.2} %",
                     100.0 * ours.errors.misplaced,
                     100.0 * ours.claims.map_or(f64::NAN, |claims| claims.misplaced),
                 ),
@@ -155,7 +154,7 @@ impl Judge {
                 // More densities are not followed that far.
                 !followed || homogeneous.is_some_and(|(_, time)| !time.extrapolated),
                 &format!(
-                    "equation of state ({}) is known to {} % after: {}; {}",
+                    "equation of state ({}) to {} %: {}; {}",
                     task.label(),
                     100.0 * target,
                     words(homogeneous),
@@ -172,9 +171,9 @@ impl Judge {
             ] {
                 if let (Some((_, gradient)), Some(opponent)) = (gradient, opponent) {
                     let gain = opponent.seconds / gradient.seconds;
-                    let outcome = if gain > 1.0 { "wins" } else { "loses" };
+                    let outcome = if gain > 1.0 { "faster" } else { "slower" };
                     println!(
-                        "gain of the gradient at {} against {name}: {gain:.3}, it {outcome}",
+                        "time of {name} over that of the gradient at {}: {gain:.3} (the gradient is {outcome})",
                         task.label()
                     );
                 }

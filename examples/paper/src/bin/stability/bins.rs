@@ -21,7 +21,7 @@ const TEMPERATURE: f64 = 5.0;
 pub(crate) fn widths() -> Map {
     const WIDTHS: [f64; 7] = [0.003, 0.01, 0.03, 0.1, 0.5, 2.0, 10.0];
     let mut map =
-        Map::new("measuring_bins", "Measuring bins: share of bins whose error bar is wrong", "bin width / d");
+        Map::new("measuring_bins", "Measuring bins: share of bins with a wrong error bar", "bin width / d");
     for width in WIDTHS {
         map.add("density", width, move |trial| density(width, trial));
         map.add("P/(nTZ)", width, move |trial| equation_of_state(width, trial));
@@ -51,14 +51,13 @@ fn count(theory: f64, width: f64) -> (f64, usize) {
 /// Height above which there is a sphere in a hundred thousand.
 const TOP: f64 = 86.5;
 
-/// Of bins that ought to agree with the theory, the share that says it does not, and that says
-/// nothing.
+/// Of the bins that should agree with the theory, the share that disagrees or has no error bar.
 fn share(deviations: impl ExactSizeIterator<Item = Estimate>) -> Quantity {
     let count = deviations.len() as f64;
     let bad = deviations.filter(|deviation| {
-        // What the theory is not known to.
+        // The uncertainty of the theory.
         let allowed = (4.0 * deviation.standard_error).max(0.01);
-        // A bin that knows nothing, or knows something that is not so.
+        // A bin without an error bar, or with too small a one.
         deviation.mean.is_nan() || deviation.standard_error.is_nan() || deviation.mean.abs() > allowed
     });
     let share = bad.count() as f64 / count;

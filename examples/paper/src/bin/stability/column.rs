@@ -1,4 +1,4 @@
-//! A column and what is measured in it.
+//! A column and its measurements.
 
 use crate::map::{Findings, Trial};
 use crate::said;
@@ -40,7 +40,7 @@ pub(crate) fn theory<F: Field, T: TemperatureProfile>(
     scene.hydrostatics(&FluidSolid::default())
 }
 
-/// A run and what it measured.
+/// A run and its measurements.
 pub(crate) struct Run {
     first_center: f64,
     center_of_mass: CenterOfMass,

@@ -1,4 +1,4 @@
-//! The feedback of temperatures that vary: bins, schemes, patience, spheres.
+//! The feedback if the temperature varies: bins, schemes, equilibration, spheres.
 
 use crate::column::{self, Length, run, theory};
 use crate::map::{Findings, Map, Trial};

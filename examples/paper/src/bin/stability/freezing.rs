@@ -1,4 +1,4 @@
-//! Towards and past freezing: colder columns, fields and temperatures that pack them.
+//! Columns near and beyond freezing: low temperatures, steep fields and temperatures.
 
 use crate::column::{self, Length, run, theory};
 use crate::map::{Findings, Map, Trial};
@@ -50,8 +50,11 @@ pub(crate) fn cold() -> Map {
 /// α up to and past freezing.
 pub(crate) fn fields() -> Map {
     const RATES: [f64; 6] = [0.0, 0.02, 0.05, 0.07, 0.1, 0.2];
-    let mut map =
-        Map::new("field_rate", "Fields that grow with height: a = exp(αx), T = 20", "rate α of the field");
+    let mut map = Map::new(
+        "field_rate",
+        "Fields that increase with height: a = exp(αx), T = 20",
+        "rate α of the field",
+    );
     for rate in RATES {
         map.add("from above", rate, move |trial| {
             isothermal(ExponentialField::new(rate)?, 20.0, RandomInsertion::new(0.3)?, 140.0, trial)
@@ -71,7 +74,7 @@ pub(crate) fn temperatures() -> Map {
     const RATES: [f64; 6] = [0.02, 0.05, 0.07, 0.1, 0.15, 0.2];
     let mut map = Map::new(
         "temperature_rate",
-        "Temperatures that fall with height: T = 20 exp(−βx), self-consistent field",
+        "Temperatures that decrease with height: T = 20 exp(−βx), self-consistent field",
         "decay rate β of the temperature",
     );
     for rate in RATES {

@@ -1,9 +1,9 @@
-//! Where methods fail, how, and whether the program says so: every method across the parameter that
-//! breaks it.
+//! Where methods fail, how, and whether the program warns: every method over a range of the
+//! parameter at which it fails.
 //!
-//! Each point of a map is a run of its own against an independent truth: an exact result, the
-//! hydrostatic theory where that is good, or a simulation where the theory is what is tested. One
-//! rule ([`verdict`]) judges all.
+//! Each point of a map is a run that is compared with an independent reference: an exact result,
+//! the hydrostatic theory where it is accurate, or a simulation where the theory is tested. All
+//! points are judged by the same rule ([`verdict`]).
 
 #[macro_use]
 extern crate paper;
@@ -29,15 +29,15 @@ use map::{Map, Measured};
 use paper::{Ending, Failure, Report, Session, study};
 use std::process::ExitCode;
 
-/// Drives each method across the parameter that breaks it: where it fails, how, and whether the
-/// program says so
+/// Runs each method over a range of the parameter at which it fails, and reports where and how it
+/// fails and whether the program warns
 #[derive(clap::Args, Debug)]
 struct Arguments {
-    /// One map only, by its name
+    /// Only the map with this name
     #[arg(long)]
     only: Option<String>,
 
-    /// Prints every line that the program said
+    /// Print all warnings and errors
     #[arg(long)]
     verbose: bool,
 }
@@ -54,10 +54,10 @@ fn families() -> Vec<Family> {
     vec![
         family(
             "moves",
-            "Moves: how large, how long, how jammed",
+            "Moves: size, length, jammed starts",
             vec![moves::sizes(), moves::chain_lengths(), moves::jams()],
         ),
-        family("boxes", "The box: how wide and how high", vec![boxes::widths(), boxes::lids()]),
+        family("boxes", "The box: width and height", vec![boxes::widths(), boxes::lids()]),
         family(
             "freezing",
             "Towards freezing and beyond: colder columns, steeper fields and temperatures",
@@ -65,7 +65,7 @@ fn families() -> Vec<Family> {
         ),
         family(
             "feedback",
-            "The feedback of temperatures that vary: bins, schemes, patience, spheres",
+            "The feedback if the temperature varies: bins, schemes, equilibration, spheres",
             vec![feedback::bins(), feedback::patience(), feedback::few()],
         ),
         family(
@@ -75,7 +75,7 @@ fn families() -> Vec<Family> {
         ),
         family(
             "profiles",
-            "Fields and temperatures of a user's own that jump",
+            "Fields and temperatures with jumps",
             vec![profiles::fields(), profiles::temperatures()],
         ),
         family(
@@ -96,7 +96,7 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     let names: Vec<&str> = families.iter().flat_map(|family| &family.maps).map(|map| map.name).collect();
     if let Some(only) = arguments.only.as_deref() {
         if !names.contains(&only) {
-            return Err(format!("--only {only}: take one of {}", names.join(", ")).into());
+            return Err(format!("--only {only} is invalid: use one of {}", names.join(", ")).into());
         }
         for family in &mut families {
             family.maps.retain(|map| map.name == only);
@@ -112,7 +112,7 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
         rest = others;
         if !own.is_empty() {
             let own: Vec<&Measured> = own.iter().collect();
-            let caption = "What becomes of a method at each point, and whether the program says so.";
+            let caption = "Result of a method at each point, and whether the program warns.";
             report.picture(name, &picture::draw(title, &own), caption)?;
         }
     }
@@ -135,7 +135,7 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     for failure in &silent {
         println!("SILENT FAILURE: {failure}");
     }
-    let claim = "points at which a number is off by more than its error bar and the program says nothing";
+    let claim = "points at which a number is wrong by more than its error bar without a warning";
     report.verdicts.at_most("stability", claim, Estimate::new(silent.len() as f64, 0.0), 0.0);
     report.finish()
 }

@@ -1,4 +1,4 @@
-//! A map: a method driven across a parameter that breaks it, point by point.
+//! A map: a method at several values of a parameter at which it fails.
 
 use crate::said::Said;
 use crate::verdict::{Outcome, Quantity};
@@ -9,20 +9,20 @@ use paper::{Failure, Session};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// What a probe found.
+/// The result of a probe.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Findings {
     pub(crate) quantities: Vec<Quantity>,
     pub(crate) said: Vec<Said>,
-    /// Numbers that are told but not judged.
+    /// Numbers that are printed but not judged.
     pub(crate) remark: String,
-    /// Of a method that is not the library's, which need not say anything.
+    /// Whether the method is not that of the library, which need not warn.
     pub(crate) foreign: bool,
 }
 
 type Work = Box<dyn Fn(Trial) -> Result<Findings, Failure> + Send + Sync>;
 
-/// What a probe is given.
+/// The input of a probe.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Trial {
     pub(crate) seed: u64,
@@ -30,7 +30,7 @@ pub(crate) struct Trial {
 }
 
 impl Trial {
-    /// A number of sweeps, or fewer where nothing but the path through the program counts.
+    /// A number of sweeps, smaller in short runs.
     pub(crate) fn sweeps(self, sweeps: u64) -> u64 {
         if self.short { sweeps.min((sweeps / 100).max(64)) } else { sweeps }
     }
@@ -46,7 +46,7 @@ pub(crate) struct Probe {
     work: Work,
 }
 
-/// A method across a parameter.
+/// A method at several values of a parameter.
 pub(crate) struct Map {
     /// Of the file.
     pub(crate) name: &'static str,
@@ -54,7 +54,7 @@ pub(crate) struct Map {
     /// What varies along it.
     pub(crate) parameter: &'static str,
     pub(crate) probes: Vec<Probe>,
-    /// Whether its points have to be alone on the machine.
+    /// Whether its points must run one at a time.
     pub(crate) alone: bool,
 }
 
@@ -124,7 +124,7 @@ impl Probe {
                 (outcome.ok_or("a probe without a quantity")?, findings)
             }
             Err(failure) => {
-                // Errors of the library are findings, anything else is a failure of this program.
+                // Errors of the library are results; all others are failures of this program.
                 let error = failure.downcast::<gradient_mc::Error>()?;
                 let stuck = matches!(*error, gradient_mc::Error::ChainStuck { .. });
                 let outcome = if stuck { Outcome::Stuck } else { Outcome::Refused };
@@ -147,7 +147,7 @@ impl Point {
         })
     }
 
-    /// Whether a number is off, beyond its own error bar, and nobody said anything.
+    /// Whether a number is wrong, beyond its error bar, without a warning or error.
     pub(crate) fn is_silent_failure(&self) -> bool {
         !self.foreign && self.said.is_empty() && self.quantities.iter().any(Quantity::is_off)
     }

@@ -1,4 +1,4 @@
-//! Moves: how large, how long, and what jams them.
+//! Moves: size of local moves, length of chains, jammed starts.
 
 use crate::column::{self, Length, run, theory};
 use crate::map::{Findings, Map, Trial};

@@ -1,4 +1,4 @@
-//! Pictures of maps: a cell for every point, colored by what became of the method there.
+//! Pictures of maps: a cell for every point, colored by the result of the method.
 
 use crate::map::{Measured, Point};
 use crate::verdict::Outcome;
@@ -77,7 +77,7 @@ fn legend(total: f64) -> Panel {
     panel
         .note(67.0, -0.5, "numbers: error in %", colors::INK)
         .cells([Cell { x: [77.0, 78.5], y: [-0.95, -0.05], color: colors::INK }])
-        .note(84.0, -0.5, "the program said so", colors::INK)
+        .note(84.0, -0.5, "with a warning or error", colors::INK)
         .line("", colors::INK, Mark::Line, frame([91.5, 99.0], [-0.95, -0.05]))
         .note(95.25, -0.5, "silent failure", colors::INK)
 }

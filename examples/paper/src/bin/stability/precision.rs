@@ -39,7 +39,7 @@ impl Field for Trough {
     }
 }
 
-/// A column in a trough, the higher the coarser the heights that single precision knows.
+/// A column in a trough; at larger heights single precision is coarser.
 pub(crate) fn heights() -> Map {
     const HEIGHTS: [f64; 5] = [1e2, 1e3, 1e4, 1e5, 2e5];
     let mut map =
@@ -52,9 +52,9 @@ pub(crate) fn heights() -> Map {
     map
 }
 
-/// As single precision keeps a number.
+/// Rounds a number to single precision.
 fn single(value: f64) -> f64 {
-    // To be cut is what it is for.
+    // The truncation is intended.
     #[allow(clippy::cast_possible_truncation)]
     let single = value as f32;
     f64::from(single)
@@ -93,7 +93,7 @@ fn quantities(square: Estimate, pairs: f64) -> [Quantity; 2] {
     [steps, pairs]
 }
 
-/// What one would write first: all pairs, coordinates as they are kept.
+/// The simplest program: all pairs, coordinates as stored.
 fn plain(height: f64, kept: impl Fn(f64) -> f64, trial: Trial) -> Result<Findings, Failure> {
     let mut generator = Pcg64Mcg::seed_from_u64(trial.seed);
     let mut positions = inserted(height, &kept, &mut generator);

@@ -1,4 +1,4 @@
-//! Fields and temperatures of a user's own that jump, or that have a spike.
+//! Fields and temperatures with jumps or spikes.
 
 use crate::column::{self, Length, run, theory};
 use crate::map::{Findings, Map, Trial};
@@ -69,7 +69,7 @@ impl Field for Barrier {
 pub(crate) fn fields() -> Map {
     let mut map = Map::new(
         "field_step",
-        "A user's field: step or barrier of height T, over a width, one sphere",
+        "Field with a step or barrier of height T over a width, one sphere",
         "width of the step / d",
     );
     for width in WIDTHS {
@@ -144,7 +144,7 @@ fn one_sphere(
 pub(crate) fn temperatures() -> Map {
     let mut map = Map::new(
         "temperature_step",
-        "A user's temperature: step from 3 to 1.5, over a width, N/A = 2",
+        "Temperature with a step from 3 to 1.5 over a width, N/A = 2",
         "width of the step / d",
     );
     let step = |width: f64| TemperatureFn(move |height: f64| 3.0 - 1.5 * ramp(height, width));

@@ -1,4 +1,4 @@
-//! Whether the program said so: warnings and typed errors by name.
+//! Warnings and typed errors of a run, by name.
 
 use gradient_mc::drive::Scheme;
 use gradient_mc::{Error, Field, Simulation, TemperatureProfile, Warning};
@@ -8,7 +8,7 @@ use gradient_mc::{Error, Field, Simulation, TemperatureProfile, Warning};
 pub(crate) struct Said {
     /// The variant, such as `NotMixed`.
     pub(crate) name: String,
-    /// The whole line.
+    /// The complete text.
     pub(crate) text: String,
 }
 
@@ -27,7 +27,7 @@ impl Said {
     }
 }
 
-/// What a simulation says after its run.
+/// The warnings of a simulation after its run.
 pub(crate) fn by<F: Field, T: TemperatureProfile, S: Scheme<F, T>>(
     simulation: &Simulation<F, T, S>,
 ) -> Vec<Said> {

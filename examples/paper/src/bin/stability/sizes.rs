@@ -1,4 +1,4 @@
-//! Starts that do not fit, hardly any spheres, and a great many.
+//! Starts at high densities, and very small and very large numbers of spheres.
 
 use crate::column::{self, Length, run};
 use crate::map::{Findings, Map, Trial};
@@ -29,7 +29,7 @@ pub(crate) fn starts() -> Map {
     map
 }
 
-/// What is asked of a start is that it places all spheres where they may be.
+/// A start must place all spheres without overlaps.
 fn start(start: impl Start + 'static, density: f64, trial: Trial) -> Result<Findings, Failure> {
     let (height, width) = (12.0, 6.0);
     let particles = paper::study::count(density * height * width * width);
@@ -117,7 +117,7 @@ pub(crate) fn many() -> Map {
     map
 }
 
-/// Resident memory of this process in bytes, where the system tells it.
+/// Resident memory of this process in bytes, if the system reports it.
 fn memory() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmRSS:"))?;

@@ -1,4 +1,4 @@
-//! The table on the terminal: where each map fails, how, and what the program says.
+//! The table on the terminal: where each map fails, how, and with which warnings.
 
 use crate::map::{Measured, Point};
 use crate::picture::percent;
@@ -8,7 +8,7 @@ use paper::table::Table;
 /// One row per series of every map.
 pub(crate) fn table(maps: &[Measured]) -> Table {
     let mut table =
-        Table::new(["map: series", "right", "fails at …", "as …", "said by …", "warned though right"]);
+        Table::new(["map: series", "right", "fails at …", "how", "warnings", "warned though right"]);
     for map in maps {
         let mut names: Vec<&str> = Vec::new();
         for point in &map.points {
@@ -44,7 +44,7 @@ pub(crate) fn table(maps: &[Measured]) -> Table {
                 .collect();
             let mut said = said.join(", ");
             if !silent.is_empty() {
-                said = format!("{said} NOTHING at {}", silent.join(", "));
+                said = format!("{said} NO WARNING at {}", silent.join(", "));
             }
             table.row(
                 &format!("{}: {name}", map.name),
@@ -66,7 +66,7 @@ pub(crate) fn table(maps: &[Measured]) -> Table {
     table
 }
 
-/// Every point at which a number is off and nobody said so.
+/// Every point at which a number is wrong without a warning.
 pub(crate) fn silent_failures(maps: &[Measured]) -> Vec<String> {
     let lines = maps.iter().flat_map(|map| {
         let silent = map.points.iter().filter(|point| point.is_silent_failure());

@@ -1,36 +1,36 @@
-//! What becomes of a method at one point of a map: judged from numbers, by one rule for all maps.
+//! The result of a method at one point of a map, judged by the same rule for all maps.
 
 use gradient_mc::statistics::Estimate;
 
-/// A number that a method gave, against the true one.
+/// A measured number compared with its reference.
 #[derive(Debug, Clone, serde::Serialize, serde::Deserialize)]
 pub(crate) struct Quantity {
     pub(crate) name: String,
-    /// Measured over true, less 1; the difference where the true one is zero. With the error bar
-    /// that the method itself claims.
+    /// Measured over reference, minus 1, or the difference if the reference is zero, with the
+    /// estimated error bar.
     pub(crate) error: Estimate,
-    /// How well the true one is known.
+    /// Error of the reference.
     pub(crate) truth_error: f64,
-    /// Errors up to this are not held against a method.
+    /// Largest acceptable error.
     pub(crate) tolerance: f64,
-    /// A method that does not know its number to this has not done its work.
+    /// Largest acceptable error bar.
     pub(crate) largest_error_bar: f64,
-    /// What the error was before the first sweep, where that says something.
+    /// Error before the first sweep, if it is useful.
     pub(crate) start: Option<f64>,
-    /// Second half of the production less the first.
+    /// Mean of the second half of production minus that of the first half.
     pub(crate) drift: Option<Estimate>,
 }
 
-/// What became of a method.
+/// The result of a method.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub(crate) enum Outcome {
     /// Within the tolerance or four error bars, and the error bar small enough.
     Right,
-    /// Still on its way from the start to the truth, or with an error bar that is too large.
+    /// Still relaxing from the start to the reference, or with too large an error bar.
     Slow,
-    /// Off by more, and not on its way.
+    /// Wrong by more, and not relaxing.
     Wrong,
-    /// Where it started, or a chain that does not get ahead.
+    /// Still at the start, or a chain that does not advance.
     Stuck,
     /// No number: a typed error, or NaN.
     Refused,
@@ -51,13 +51,13 @@ impl Outcome {
 }
 
 impl Quantity {
-    /// `measured` against `truth`, relative to the latter.
+    /// Relative deviation of `measured` from `truth`.
     pub(crate) fn relative(name: &str, measured: Estimate, truth: f64) -> Self {
         let error = measured / truth - 1.0;
         Self::absolute(name, error)
     }
 
-    /// A number that ought to be zero.
+    /// Deviation of a number from zero.
     pub(crate) fn absolute(name: &str, error: Estimate) -> Self {
         let (tolerance, largest_error_bar) = (0.005, 0.01);
         let name = name.to_owned();
@@ -69,11 +69,10 @@ impl Quantity {
         self
     }
 
-    /// Whether the number is off: beyond the tolerance and beyond what its own error bar allows
-    /// for.
+    /// Whether the number is wrong: beyond the tolerance and beyond four error bars.
     pub(crate) fn is_off(&self) -> bool {
         let claimed = self.error.standard_error.hypot(self.truth_error);
-        // An error bar that is not a number allows for nothing.
+        // An error bar of NaN counts as zero.
         let allowed = if claimed.is_finite() { (4.0 * claimed).max(self.tolerance) } else { self.tolerance };
         self.error.mean.abs() > allowed
     }

@@ -287,7 +287,8 @@ impl fmt::Display for Warning {
                  equilibrate longer, or start from the theory profile"
             ),
             Self::FeedbackNotConverged { certificate } => {
-                write!(formatter, "feedback not converged: {certificate}")
+                let text = certificate.to_string();
+                write!(formatter, "feedback not converged {}", text.trim_start_matches("NOT CONVERGED "))
             }
             Self::FieldOfTheory { measured } => write!(
                 formatter,

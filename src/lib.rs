@@ -38,7 +38,7 @@
 //!
 //! # Limits
 //! Equal hard spheres; at most 2·10⁸ cubic diameters; a self-consistent field that has to be
-//! checked (`docs/physics.md`, "Limits known").
+//! checked (`docs/physics.md`, "Known limits").
 
 #![warn(
     missing_docs,

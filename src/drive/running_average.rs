@@ -50,6 +50,7 @@ pub struct RunningAverage {
 /// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 360, UniformField::default(), temperature)?;
 /// let mut simulation = Simulation::builder(scene).scheme(AveragedThenFrozen::new(0.5)?).build()?;
 /// simulation.equilibrate(50, &mut ())?;
+/// simulation.run(1, &mut ())?;
 /// let changes = simulation.frame().generation();
 /// simulation.run(50, &mut ())?;
 /// assert_eq!(simulation.frame().generation(), changes);

@@ -19,17 +19,27 @@
 //! # Ok::<(), gradient_mc::Error>(())
 //! ```
 //!
-//! Units: sphere diameter, mass, g and Boltzmann's constant are 1, so temperature is in m g d.
+//! Units: the sphere diameter, the mass, g and Boltzmann's constant are 1, so temperature is in
+//! m g d and pressure in m g/d².
 //!
 //! A [`Scene`] is a [`Slab`], a number of spheres, a [`Field`] and a [`TemperatureProfile`]. A
-//! [`Simulation`] moves them as its [`drive`] says, and [`Observer`]s look. [`hydrostatics`] is the
-//! theory of the same scene for any [`EquationOfState`]. Each of the four traits has one required
-//! method.
+//! [`Simulation`] moves the spheres in the reduced potential of its [`drive`], and [`Observer`]s
+//! record. [`hydrostatics`] is the theory of the same scene with any [`EquationOfState`]. Each of
+//! the four traits has one required method. [`Simulation::warnings`] lists what makes a result
+//! doubtful.
 //!
-//! A simulation that is told nothing suits any temperature ([`drive::Automatic`]), starts at the
-//! theory profile, and moves by event chains with tuned local moves between them ([`moves`]). With
-//! the feature `rayon` sweeps share the threads of the pool they run in, with the same outcome;
-//! with the feature `checkpoint` runs are stopped and go on as if they had not been.
+//! The defaults suit any scene: the scheme [`drive::Automatic`], the start [`start::Theory`], and
+//! event chains with tuned local moves between them ([`moves`]).
+//!
+//! | feature | what it adds |
+//! |---|---|
+//! | `rayon` | sweeps on all threads of the pool that they run in, with the same results |
+//! | `checkpoint` | runs that stop and go on with the same bits (`checkpoint::Run`) |
+//! | `signals` | signals that stop a run |
+//! | `csv`, `serde` | profiles as tables, estimates as data |
+//!
+//! The package contains `docs/start.md` (ten minutes), `docs/how_to.md` (twelve tasks) and
+//! `docs/long_runs.md`. The repository has the physics, proofs and measurements.
 //!
 //! # What a version promises
 //! `nalgebra`'s [`Vector3`] and `rand_pcg`'s generator ([`Generator`]) are part of the public

@@ -389,10 +389,13 @@ impl fmt::Display for Warning {
                 "density jump: the local theory jumps from {below:.4} to {above:.4} at height {height:.2}, while the real density \
                 changes over some diameters: do not compare within five diameters of this height"
             ),
-            Self::NoTheory { height } => write!(
-                formatter,
-                "no theory to compare with: hydrostatics stopped at height {height:.2}: compare runs from a dense and a dilute start"
-            ),
+            Self::NoTheory { height } => {
+                formatter.write_str("no theory to compare with: hydrostatics has no solution")?;
+                if height.is_finite() {
+                    write!(formatter, " above height {height:.2}")?;
+                }
+                formatter.write_str(": compare runs from a dense and a dilute start")
+            }
         }
     }
 }

@@ -20,7 +20,7 @@ fn field(text: &str) -> Result<Box<dyn Field>, Box<dyn std::error::Error>> {
         ("uniform", [acceleration, ..]) => Box::new(UniformField::new(acceleration)?),
         ("exponential", [rate, ..]) => Box::new(ExponentialField::new(rate)?),
         ("linear", [base, slope]) => Box::new(LinearField::new(base, slope)?),
-        (name, _) => return Err(format!("there is no field {name}").into()),
+        (name, _) => return Err(format!("unknown field {name}: use uniform, exponential or linear").into()),
     })
 }
 
@@ -30,7 +30,9 @@ fn temperature(text: &str) -> Result<Box<dyn TemperatureProfile>, Box<dyn std::e
         ("isothermal", [temperature, ..]) => Box::new(Isothermal::new(temperature)?),
         ("exponential", [base, rate]) => Box::new(ExponentialTemperature::new(base, rate)?),
         ("linear", [base, slope]) => Box::new(LinearTemperature::new(base, slope)?),
-        (name, _) => return Err(format!("there is no temperature {name}").into()),
+        (name, _) => {
+            return Err(format!("unknown temperature {name}: use isothermal, exponential or linear").into());
+        }
     })
 }
 

@@ -126,7 +126,7 @@ pub enum Error {
     },
     /// The scheme does not accept the moves, because its steady state depends on the moves.
     #[error(
-        "this scheme does not take {moves}, because its steady state depends on the moves: use LocalMoves, as in the paper, \
+        "this scheme does not accept {moves}, because its steady state depends on the moves: use LocalMoves, as in the paper, \
         or allow all moves by `Instantaneous::any_moves`"
     )]
     #[non_exhaustive]

@@ -12,7 +12,7 @@ use std::fmt;
 pub enum Phase {
     /// Before production: the scheme may change the effective field.
     Equilibration,
-    /// The measurement, in a constant field.
+    /// The measurement; with the default scheme the effective field is constant.
     Production,
 }
 

@@ -88,6 +88,30 @@ impl ChainPiece {
 }
 
 /// Receives every single move during a sweep; see [`Observer::recorder`].
+///
+/// ```
+/// use gradient_mc::{Collision, Frame, Observer, ObserverError, Recorder};
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+/// struct Collisions(u64);
+/// impl Recorder for Collisions {
+///     fn record_collision(&mut self, _: &Collision) {
+///         self.0 += 1;
+///     }
+/// }
+/// impl Observer for Collisions {
+///     fn observe(&mut self, _: &Frame<'_>) -> Result<(), ObserverError> {
+///         Ok(())
+///     }
+///     fn recorder(&mut self) -> Option<&mut dyn Recorder> {
+///         Some(self)
+///     }
+/// }
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 36, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let mut collisions = Collisions(0);
+/// Simulation::builder(scene).build()?.run(10, &mut collisions)?;
+/// assert!(collisions.0 > 0);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 pub trait Recorder {
     /// Called after each displacement of a sphere.
     fn record_move(&mut self, _accepted: &AcceptedMove) {}

@@ -36,8 +36,8 @@ use std::sync::Arc;
 /// temperature profile and adds nothing to an isothermal simulation.
 ///
 /// A simulation has two phases. [`equilibrate`](Self::equilibrate) lets the configuration and the
-/// effective field relax. [`run`](Self::run) is production: the effective field is frozen and
-/// observers sample. Observers are called after every sweep, in both phases.
+/// effective field relax. [`run`](Self::run) is production: observers sample, and with the default
+/// scheme the effective field is frozen. Observers are called after every sweep, in both phases.
 ///
 /// ```
 /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};

@@ -6,7 +6,7 @@ pub use evidence::{Disagreement, MixingEvidence, Quantity};
 
 use crate::drive::{Certificate, MeasuredShare};
 use crate::hydrostatics::DomainExit;
-use crate::statistics::Estimate;
+use crate::statistics::{Estimate, FEWEST_INDEPENDENT};
 use std::fmt;
 
 /// A reason why a run, a profile or a theory may be wrong, with the numbers that show how much.
@@ -287,7 +287,8 @@ impl fmt::Display for Warning {
                  equilibrate longer, or start from the theory profile"
             ),
             Self::FeedbackNotConverged { certificate } => {
-                write!(formatter, "feedback not converged: {certificate}")
+                let text = certificate.to_string();
+                write!(formatter, "feedback not converged {}", text.trim_start_matches("NOT CONVERGED "))
             }
             Self::FieldOfTheory { measured } => write!(
                 formatter,
@@ -347,8 +348,8 @@ impl fmt::Display for Warning {
             ),
             Self::CorrelatedBins { lowest_height, highest_height, effective_sample_size } => write!(
                 formatter,
-                "correlated bins: the effective number of independent configurations is only \
-                {effective_sample_size:.0} between heights {lowest_height:.2} and {highest_height:.2}: run longer"
+                "correlated bins: the effective number of independent configurations is only {effective_sample_size:.1} \
+                 between heights {lowest_height:.2} and {highest_height:.2}, at least {FEWEST_INDEPENDENT} are needed: run longer"
             ),
             Self::RoutesDisagree { packing_fraction, ranks, collisions } => write!(
                 formatter,
@@ -388,10 +389,13 @@ impl fmt::Display for Warning {
                 "density jump: the local theory jumps from {below:.4} to {above:.4} at height {height:.2}, while the real density \
                 changes over some diameters: do not compare within five diameters of this height"
             ),
-            Self::NoTheory { height } => write!(
-                formatter,
-                "no theory to compare with: hydrostatics stopped at height {height:.2}: compare runs from a dense and a dilute start"
-            ),
+            Self::NoTheory { height } => {
+                formatter.write_str("no theory to compare with: hydrostatics has no solution")?;
+                if height.is_finite() {
+                    write!(formatter, " above height {height:.2}")?;
+                }
+                formatter.write_str(": compare runs from a dense and a dilute start")
+            }
         }
     }
 }

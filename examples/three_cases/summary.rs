@@ -81,8 +81,8 @@ pub(crate) fn remarks(protocol: &Protocol, reports: &[Report], threads: usize, e
     let mut text = format!(
         "{:.0} s on {} threads. Numbers in brackets are one standard error in units of the last digits; deviations of Z are in \
         standard errors.\n\
-         Z is from ranks and collisions above the layers at the base{}.\n\
-         σ and δ are over bins at x > {BULK_BEGINS} with n > {BULK_DENSITY}, σ over {runs}.\n\
+         Z is measured from the heights of ranks and from the collisions of event chains, above the layers at the base{}.\n\
+         σ and δ are means over bins at x > {BULK_BEGINS} with n > {BULK_DENSITY}, σ over {runs}.\n\
          The theory is local: it neglects the layers at the wall, which raise the column slightly.\n",
         elapsed.as_secs_f64(),
         thread_count(threads),

@@ -285,7 +285,7 @@ fn wrapped(value: f64, width: f64) -> f64 {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 400, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 200, ..ProptestConfig::default() })]
 
     #[test]
     fn query_equals_search_over_all_pairs((extents, positions, queries) in scene()) {

@@ -23,6 +23,17 @@ use crate::{Error, Field, Scene, TemperatureProfile, Warning};
 /// The steady state therefore depends on the moves. The default moves of this scheme are those of
 /// the paper: local moves with S = 0.75. Other moves are refused unless
 /// [`any_moves`](Self::any_moves) allows them.
+///
+/// ```
+/// use gradient_mc::drive::Instantaneous;
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::ExponentialTemperature};
+/// let temperature = ExponentialTemperature::new(5.0, 0.02)?;
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 360, UniformField::default(), temperature)?;
+/// let mut simulation = Simulation::builder(scene).scheme(Instantaneous::new(0.5)?).build()?;
+/// simulation.run(400, &mut ())?;
+/// assert!(!simulation.certificate(0.1)?.is_converged());
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Instantaneous {
     bin_width: f64,

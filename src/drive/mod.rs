@@ -61,7 +61,7 @@ use crate::frame::InForce;
 use crate::numerics::differentiate;
 use crate::{Error, Field, Scene, TemperatureProfile};
 
-/// The reduced potential u(x) = U(x)/T of a scene, used by all moves.
+/// The reduced potential u(x) = U(x)/T of a scene, used by all moves; [`Scheme`] has an example.
 pub trait Drive<F, T>: Send + Sync {
     /// The reduced potential u at `height`, up to a constant.
     fn reduced_potential(&self, scene: &Scene<F, T>, height: f64) -> f64;
@@ -88,6 +88,28 @@ pub trait Drive<F, T>: Send + Sync {
 }
 
 /// A scheme: makes the [`Drive`] of a scene and its [`Adaptation`].
+///
+/// ```
+/// use gradient_mc::drive::{Drive, Scheme};
+/// use gradient_mc::{Error, Field, Scene, Simulation, Slab, TemperatureProfile};
+/// use gradient_mc::{field::UniformField, temperature::Isothermal};
+/// struct OneTemperature(f64);
+/// impl<F: Field, T: TemperatureProfile> Drive<F, T> for OneTemperature {
+///     fn reduced_potential(&self, scene: &Scene<F, T>, height: f64) -> f64 {
+///         scene.field().potential(height) / self.0
+///     }
+/// }
+/// impl<F: Field, T: TemperatureProfile> Scheme<F, T> for OneTemperature {
+///     type Drive = Self;
+///     type Adaptation = ();
+///     fn drive(self, _: &Scene<F, T>) -> Result<(Self, ()), Error> {
+///         Ok((self, ()))
+///     }
+/// }
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 36, UniformField::default(), Isothermal::new(5.0)?)?;
+/// Simulation::builder(scene).scheme(OneTemperature(4.0)).build()?.run(10, &mut ())?;
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[diagnostic::on_unimplemented(
     message = "`{Self}` is not a scheme for a field `{F}` and a temperature profile `{T}`",
     label = "not a scheme for this scene",

@@ -19,6 +19,19 @@ use crate::{Error, Field, Scene, TemperatureProfile, Warning};
 /// slowly, as the power −(1 − ρ) of the number of sweeps, where ρ is the spectral radius of the
 /// fixed-point map from density to field (0.11 to 0.57 for β = 0.005 to 0.05, the range of the
 /// paper). The scheme is for comparison; [`SelfConsistent`](super::SelfConsistent) is better.
+///
+/// ```
+/// use gradient_mc::drive::RunningAverage;
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::ExponentialTemperature};
+/// let temperature = ExponentialTemperature::new(5.0, 0.02)?;
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 360, UniformField::default(), temperature)?;
+/// let mut simulation = Simulation::builder(scene).scheme(RunningAverage::new(0.5)?).build()?;
+/// simulation.equilibrate(50, &mut ())?;
+/// let changes = simulation.frame().generation();
+/// simulation.run(50, &mut ())?;
+/// assert!(simulation.frame().generation() > changes);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RunningAverage {
     bin_width: f64,
@@ -29,6 +42,20 @@ pub struct RunningAverage {
 ///
 /// It is for comparison. If the field is frozen too early, it is wrong, and the certificate of the
 /// run is not converged.
+///
+/// ```
+/// use gradient_mc::drive::AveragedThenFrozen;
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::ExponentialTemperature};
+/// let temperature = ExponentialTemperature::new(5.0, 0.02)?;
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 360, UniformField::default(), temperature)?;
+/// let mut simulation = Simulation::builder(scene).scheme(AveragedThenFrozen::new(0.5)?).build()?;
+/// simulation.equilibrate(50, &mut ())?;
+/// simulation.run(1, &mut ())?;
+/// let changes = simulation.frame().generation();
+/// simulation.run(50, &mut ())?;
+/// assert_eq!(simulation.frame().generation(), changes);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AveragedThenFrozen {
     bin_width: f64,

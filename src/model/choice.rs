@@ -64,6 +64,9 @@ pub enum Cause {
     ExcludedVolume,
     /// A local theory has no layers at a wall, and those of a functional are not quite right.
     Layers,
+    /// The layers at a wall hold too many spheres or too few, so that the column above them is too
+    /// low or too high.
+    Adsorption,
     /// Equation of state, and density taken to be locally uniform.
     LocalTheory,
     /// A finite number of configurations, from a start that was not yet the steady state.
@@ -77,6 +80,7 @@ impl fmt::Display for Cause {
         formatter.write_str(match self {
             Self::ExcludedVolume => "excluded volume",
             Self::Layers => "layers at the walls",
+            Self::Adsorption => "adsorption at the walls",
             Self::LocalTheory => "equation of state and local density",
             Self::Noise => "counting noise",
             Self::FiniteBase => "finite base",
@@ -147,6 +151,15 @@ impl ModelChoice {
         };
         let mut plan = best_plan(scene, &outlook, tolerance)?;
         plan.is_adequate &= knowable;
+        // P and Z alone know of the third.
+        let causes = |layers, adsorption: f64| {
+            let all = [
+                (Cause::Layers, layers),
+                (Cause::LocalTheory, outlook.bulk),
+                (Cause::Adsorption, adsorption),
+            ];
+            all.into_iter().filter(|(cause, error)| *cause != Cause::Adsorption || *error > 0.0).collect()
+        };
         let mut candidates = vec![
             formula(
                 Model::IdealGas(outlook.ideal.clone()),
@@ -158,7 +171,7 @@ impl ModelChoice {
                 Model::Hydrostatics(outlook.theory.clone()),
                 outlook.theory_error(),
                 outlook.allowance(),
-                vec![(Cause::Layers, outlook.layers), (Cause::LocalTheory, outlook.bulk)],
+                causes(outlook.layers, outlook.adsorption[0]),
             ),
         ];
         // It takes longer, and is not for every scene: one that freezes, or has jumps.
@@ -169,7 +182,7 @@ impl ModelChoice {
                 Model::DensityFunctional(layers),
                 outlook.functional_error(),
                 outlook.functional_allowance(),
-                vec![(Cause::Layers, outlook.functional_layers), (Cause::LocalTheory, outlook.bulk)],
+                causes(outlook.functional_layers, outlook.adsorption[1]),
             ));
         }
         candidates.push(plan);

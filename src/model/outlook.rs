@@ -5,8 +5,8 @@
 
 use super::accuracy::{Accuracy, Quantity, densities, height};
 use super::constants::{
-    ALLOWANCE, BULK, FINITE_BASE, FUNCTIONAL, FUNCTIONAL_ALLOWANCE, FUNCTIONAL_SHAPE, LAYERS, LAYERS_SCATTER,
-    LAYERS_SHAPE, MOVES, NOISE, Noise,
+    ADSORPTION, ALLOWANCE, BULK, FINITE_BASE, FUNCTIONAL, FUNCTIONAL_ADSORPTION, FUNCTIONAL_ALLOWANCE,
+    FUNCTIONAL_SHAPE, LAYERS, LAYERS_SCATTER, LAYERS_SHAPE, MOVES, NOISE, Noise,
 };
 use super::plan::{MonteCarloPlan, MoveFamily};
 use crate::diagnostics::LEAST_LAYER;
@@ -34,6 +34,19 @@ fn functional_layering(packing_fraction: f64) -> f64 {
     square * (dense * square * square).hypot(unresolved)
 }
 
+/// By how many diameters the column above the layers lies too high or too low, by the packing
+/// fraction at the wall.
+fn rise(eta: f64) -> f64 {
+    ADSORPTION * eta
+}
+
+/// The same of a density functional.
+fn functional_rise(eta: f64) -> f64 {
+    let [dense, unresolved] = FUNCTIONAL_ADSORPTION;
+    let cube = eta * eta * eta;
+    (dense * cube * cube).hypot(unresolved * eta)
+}
+
 /// What is known of a scene without a simulation, for one accuracy that is asked for.
 #[derive(Debug, Clone)]
 pub(super) struct Outlook {
@@ -52,6 +65,9 @@ pub(super) struct Outlook {
     pub(super) bulk: f64,
     /// Error of a density functional in the layers at the walls.
     pub(super) functional_layers: f64,
+    /// Errors of P and Z of theory and functional where the column above the layers lies too high or
+    /// too low, since they hold a wrong number of spheres.
+    pub(super) adsorption: [f64; 2],
     /// Error of a base with one sphere, as far as errors are small.
     finite_base: f64,
     /// Error of a single configuration of one sphere.
@@ -132,6 +148,17 @@ impl Outlook {
             }
             layered
         };
+        // The column, higher by a small part of a diameter.
+        let risen: Vec<f64> = {
+            let flow = |edge: usize| match edge {
+                0 => 0.0,
+                _ => theory.number_density(height(scene, edge as f64)),
+            };
+            let lifted = |(bin, sphere): (usize, &f64)| {
+                (sphere + SMALL * (flow(bin) - flow(bin + 1))).max(0.1 * sphere)
+            };
+            spheres.iter().enumerate().map(lifted).collect()
+        };
         let error = |profile: &[f64]| accuracy.error(scene, profile, &spheres);
         let outermost = height(scene, bins.end as f64 - 0.5).clamp(theory.base(), theory.top());
         let needs_weight = accuracy.quantity() != Quantity::Density;
@@ -141,6 +168,11 @@ impl Outlook {
             excluded_volume: error(&points),
             layers: error(&layered(LAYERS_SHAPE, layering)),
             functional_layers: error(&layered(FUNCTIONAL_SHAPE, functional_layering)),
+            adsorption: match accuracy.quantity() {
+                // That of n is part of what is misplaced near the walls.
+                Quantity::Density => [0.0; 2],
+                _ => [rise, functional_rise].map(|rise| error(&risen) / SMALL * rise(resting.1)),
+            },
             bulk: error(&mixed(BULK)),
             finite_base: error(&mixed(SMALL)) / SMALL * FINITE_BASE,
             spread: accuracy.noise(scene, &spheres, 1.0),
@@ -155,17 +187,17 @@ impl Outlook {
 
     /// Error of the theory.
     pub(super) fn theory_error(&self) -> f64 {
-        self.layers.hypot(self.bulk)
+        self.layers.hypot(self.bulk).hypot(self.adsorption[0])
     }
 
     /// Error of the density functional: beyond the layers it is the theory.
     pub(super) fn functional_error(&self) -> f64 {
-        self.functional_layers.hypot(self.bulk)
+        self.functional_layers.hypot(self.bulk).hypot(self.adsorption[1])
     }
 
-    /// What that may become. P and Z above the layers are those of the theory.
+    /// What that may become.
     pub(super) fn functional_allowance(&self) -> f64 {
-        self.allowance().max(FUNCTIONAL_ALLOWANCE)
+        FUNCTIONAL_ALLOWANCE[self.quantity as usize]
     }
 
     /// Error of the ideal gas.

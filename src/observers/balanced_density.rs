@@ -13,8 +13,8 @@ use crate::{Collision, Error, Frame, Merge, Observer, ObserverError, Recorder, S
 ///
 /// Besides the counts, each bin has a second estimate from the balance of forces ("force sampling",
 /// doi:10.1103/PhysRevLett.120.120603). The normal pressure over T is the sum of the reduced forces
-/// on the spheres above. The collisions of vertical chains give its excess part; the rest is the
-/// ideal part n:
+/// on the spheres above, per area. The collisions of vertical chains give its excess part; the rest
+/// is the ideal part n:
 ///
 /// n = `p_end` + (1/A) Σ u′(xᵢ) − N/(A w ℓ) Σ s q,
 ///

@@ -119,8 +119,8 @@ impl CenterOfMass {
         self.pooled(statistics::blocking)
     }
 
-    /// Mean height in the second half of the series minus that in the first half, averaged over
-    /// replicas; see [`drift`](statistics::drift).
+    /// Mean height in the second half of the series minus that in the first half, in diameters,
+    /// averaged over replicas; see [`drift`](statistics::drift).
     ///
     /// # Errors
     /// [`Error::TooFewObservations`] if a replica has fewer than 32 frames.

@@ -28,6 +28,19 @@ use crate::{Collision, Error, Frame, Merge, Observer, ObserverError, Recorder, S
 /// In a stationary column the normal pressure equals the weight of the column at every height, also
 /// in the layers at the walls. Comparing the two tests whether the column is stationary. The
 /// lateral pressure differs from the normal pressure in the layers.
+///
+/// ```
+/// use gradient_mc::observers::{Bins, ChainPressureProfile};
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+/// let slab = Slab::new(60.0, 6.0, 6.0)?;
+/// let scene = Scene::new(slab, 36, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let mut profile = ChainPressureProfile::new(&slab, Bins::count(20))?;
+/// Simulation::builder(scene).build()?.run(100, &mut profile)?;
+/// for point in profile.points()? {
+///     println!("{:4.1}  {}  {}", point.height, point.normal, point.lateral);
+/// }
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct ChainPressureProfile {
     run: OneRun,

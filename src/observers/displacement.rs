@@ -18,6 +18,19 @@ use crate::{AcceptedMove, Error, Frame, Merge, MoveCounts, Observer, ObserverErr
 /// An observation is an interval between two frames: the moves of the interval, and the spheres of
 /// each bin at its end. Moves before the first frame are not counted. Intervals are dropped if the
 /// simulation ran without this observer, or if a sweep ended with an error.
+///
+/// ```
+/// use gradient_mc::observers::{Bins, DisplacementProfile};
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+/// let slab = Slab::new(60.0, 6.0, 6.0)?;
+/// let scene = Scene::new(slab, 36, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let mut profile = DisplacementProfile::new(&slab, Bins::count(20))?;
+/// Simulation::builder(scene).build()?.run(100, &mut profile)?;
+/// for point in profile.points()? {
+///     println!("{:4.1}  {}", point.height, point.path_per_sweep);
+/// }
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct DisplacementProfile {
     run: OneRun,

@@ -27,9 +27,9 @@ use std::path::Path;
 /// The box of the format is periodic along all axes and centered at the origin. The height is again
 /// x: the base is at x = −height/2 and the lid at height/2; y and z are from −width/2 to width/2.
 /// The box is longer than the slab by half the smaller width. Programs search for neighbors up to
-/// half the smallest width, so they find none across the walls. The volume of the box is larger
-/// than that of the slab by the same factor. Exact positions are in the coordinates of the slab,
-/// with the base at x = 0, and y and z from 0.
+/// half the smallest width, so they find none across the walls. The volume of the box is therefore
+/// larger than that of the slab. Exact positions are in the coordinates of the slab, with the base
+/// at x = 0, and y and z from 0.
 ///
 /// # Interruptions
 /// A frame is added to the index after it is written, so the file of a killed run has only complete

@@ -1,6 +1,6 @@
 //! The observations behind warnings about replicas and mixing.
 
-use crate::statistics::Estimate;
+use crate::statistics::{Estimate, FEWEST_INDEPENDENT};
 use std::fmt;
 
 /// The quantity in which merged replicas differ; part of [`Warning::ReplicasDisagree`](super::Warning::ReplicasDisagree).
@@ -120,7 +120,7 @@ impl fmt::Display for MixingEvidence {
                 let number = effective_sample_size;
                 write!(
                     formatter,
-                    "the effective number of independent configurations of {quantity} is only {number:.1}"
+                    "the effective number of independent configurations of {quantity} is only {number:.1}, at least {FEWEST_INDEPENDENT} are needed"
                 )
             }
             Self::TooQuiet { variance, required } => write!(

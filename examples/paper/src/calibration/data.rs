@@ -70,7 +70,7 @@ row! {
 }
 
 row! {
-    /// A formula (0 ideal gas, 1 theory between walls) against a column, in n, P or Z (0, 1, 2): the error, and the noise of the column.
+    /// A formula (0 ideal gas, 1 theory between walls, 2 density functional) against a column, in n, P or Z (0, 1, 2): the error, and the noise of the column.
     Formula: column, quantity, formula, error, noise
 }
 
@@ -104,7 +104,7 @@ impl Data {
         ColumnRow::write(&directory.join("columns.csv"), units, &self.columns)?;
         let units = "column: row of columns.csv from 0; diameters from the base; per cubic diameter";
         LayerRow::write(&directory.join("layers.csv"), units, &self.layers)?;
-        let units = "column: row of columns.csv from 0; quantity: 0 n, 1 P, 2 Z; formula: 0 ideal gas, 1 theory between walls";
+        let units = "column: row of columns.csv from 0; quantity: 0 n, 1 P, 2 Z; formula: 0 ideal gas, 1 theory between walls, 2 density functional";
         Formula::write(&directory.join("formulas.csv"), units, &self.formulas)?;
         let units = "column: row of columns.csv from 0; family: 0 tuned local moves, 1 event chains with them; quantity: 0 n, 1 P, 2 Z; diameters";
         Plan::write(&directory.join("plans.csv"), units, &self.plans)?;

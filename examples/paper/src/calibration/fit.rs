@@ -1,5 +1,6 @@
 //! From the calibration files to the constants of `gradient_mc::model`.
 
+use super::adsorption::Rows;
 use super::data::{Base, ColumnRow, Data, Formula, LayerRow, Moves, Plan};
 use super::functional::Functional;
 use super::scenes::Parameters;
@@ -11,7 +12,7 @@ use gradient_mc::model::{Accuracy, MonteCarloPlan, Quantity};
 /// Leading coefficient of the layers, exact: (7/32)(6/π) η².
 const LEADING: f64 = 21.0 / (16.0 * std::f64::consts::PI);
 /// An error is resolved if it exceeds the noise by this factor.
-pub(super) const RESOLVED: f64 = 3.0;
+const RESOLVED: f64 = 3.0;
 /// Bases narrower than this are not recommended, and not fitted to.
 const NARROWEST: f64 = 4.0;
 /// Extents of columns that have a bulk above the layers.
@@ -27,7 +28,9 @@ pub struct Constants {
     pub layers_shape: [f64; 8],
     pub functional: [f64; 2],
     pub functional_shape: [f64; 8],
-    pub functional_allowance: f64,
+    pub functional_allowance: [f64; 3],
+    pub adsorption: f64,
+    pub functional_adsorption: [f64; 2],
     pub bulk: f64,
     pub allowance: [f64; 3],
     pub finite_base: f64,
@@ -44,6 +47,8 @@ impl Constants {
         functional: constants::FUNCTIONAL,
         functional_shape: constants::FUNCTIONAL_SHAPE,
         functional_allowance: constants::FUNCTIONAL_ALLOWANCE,
+        adsorption: constants::ADSORPTION,
+        functional_adsorption: constants::FUNCTIONAL_ADSORPTION,
         bulk: constants::BULK,
         allowance: constants::ALLOWANCE,
         finite_base: constants::FINITE_BASE,
@@ -58,7 +63,9 @@ impl Constants {
         numbers.extend(self.layers_shape);
         numbers.extend(self.functional);
         numbers.extend(self.functional_shape);
-        numbers.push(self.functional_allowance);
+        numbers.extend(self.functional_allowance);
+        numbers.push(self.adsorption);
+        numbers.extend(self.functional_adsorption);
         numbers.push(self.bulk);
         numbers.extend(self.allowance);
         numbers.push(self.finite_base);
@@ -78,8 +85,8 @@ pub struct Quality {
     pub formulas: [(f64, usize); 3],
 }
 
-/// Fits the constants. The allowance for ideal gas and theory is based on the estimates of the
-/// library with the constants in use.
+/// Fits the constants. The allowances of the formulas are based on the estimates of the library with
+/// the constants in use.
 pub fn fit(data: &Data) -> Result<(Constants, Quality), Failure> {
     let (layers, layers_scatter) = fit_layers(&data.columns);
     let mut formulas = [(0.0, 0); 3];
@@ -94,10 +101,13 @@ pub fn fit(data: &Data) -> Result<(Constants, Quality), Failure> {
         })
     });
     let functional = Functional::fit(&data.columns, &data.layers)?;
+    let rows = Rows::new(&data.formulas)?;
     let constants = Constants {
         functional: functional.amplitudes,
         functional_shape: functional.shape,
-        functional_allowance: functional.allowance,
+        functional_allowance: rows.allowances(),
+        adsorption: rows.of_theory(),
+        functional_adsorption: rows.of_functional(),
         layers,
         layers_scatter,
         layers_shape: fit_shape(&data.layers),
@@ -188,7 +198,9 @@ fn scatter_of_formulas(formulas: &[Formula], quantity: usize) -> Result<(f64, us
         let (particles, side) = Parameters::WIDE;
         let scene = parameters.scene(particles, side)?;
         let choice = scene.model_for(Accuracy::new(Quantity::ALL[quantity], 0.5)?)?;
-        let of_kind = formulas.iter().filter(|row| is(row.column, column) && is(row.quantity, quantity));
+        let of_kind = formulas
+            .iter()
+            .filter(|row| is(row.column, column) && is(row.quantity, quantity) && !is(row.formula, 2));
         for row in of_kind.filter(|row| row.error > RESOLVED * row.noise) {
             let measured = (row.error * row.error - row.noise * row.noise).sqrt();
             let expected = choice.candidates()[usize::from(is(row.formula, 1))].expected_error;

@@ -2,14 +2,14 @@
 //! for the theory.
 
 use super::data::{ColumnRow, LayerRow};
-use super::fit::{RESOLVED, is};
+use super::fit::is;
 use super::scenes::Parameters;
 use crate::Failure;
 use gradient_mc::equation_of_state::ModifiedKolafa;
 use gradient_mc::model::{CorrectedLayers, densities};
 
 /// From this packing fraction on columns resolve what the functional misses.
-const DENSE: f64 = 0.35;
+pub(super) const DENSE: f64 = 0.35;
 
 /// The constants.
 #[derive(Debug, Clone, Copy)]
@@ -17,7 +17,6 @@ pub(super) struct Functional {
     /// Of η⁶ and of η².
     pub(super) amplitudes: [f64; 2],
     pub(super) shape: [f64; 8],
-    pub(super) allowance: f64,
 }
 
 /// One column: its packing fraction at the base, and how far the functional is off in the bins
@@ -77,19 +76,6 @@ impl Functional {
             below += weight;
         }
         let unresolved = ((above / below).max(0.0) + 1.0 / below.sqrt()).sqrt();
-        let expected = |column: &Column| {
-            let square = column.eta * column.eta;
-            square * (amplitude * square * square).hypot(unresolved)
-        };
-        let logarithms: Vec<f64> = measured
-            .iter()
-            .filter_map(|column| {
-                let [misplaced, error] = column.misplaced();
-                (misplaced > RESOLVED * error).then(|| libm::log(misplaced / expected(column)))
-            })
-            .collect();
-        let squares: f64 = logarithms.iter().map(|logarithm| logarithm * logarithm).sum();
-        let scatter = (squares / logarithms.len() as f64).sqrt();
         let (mut sums, mut weights) = ([0.0; 8], [0.0; 8]);
         for column in dense() {
             let sixth = column.sixth();
@@ -100,11 +86,6 @@ impl Functional {
         }
         let mean: [f64; 8] = std::array::from_fn(|bin| sums[bin] / weights[bin]);
         let all: f64 = mean.iter().map(|part| part.abs()).sum();
-        Ok(Self {
-            amplitudes: [amplitude, unresolved],
-            shape: mean.map(|part| part / all),
-            // Two standard deviations.
-            allowance: libm::exp(2.0 * scatter),
-        })
+        Ok(Self { amplitudes: [amplitude, unresolved], shape: mean.map(|part| part / all) })
     }
 }

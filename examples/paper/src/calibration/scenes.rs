@@ -2,6 +2,7 @@
 
 use gradient_mc::equation_of_state::{FluidSolid, ModifiedKolafa};
 use gradient_mc::field::ExponentialField;
+use gradient_mc::model::Accuracy;
 use gradient_mc::temperature::ExponentialTemperature;
 use gradient_mc::{Error, Generator, Hydrostatics, Scene, Slab};
 use rand::{RngExt, SeedableRng};
@@ -49,15 +50,18 @@ const CALIBRATION: [[f64; 4]; 26] = [
     [1.5, 0.05, 0.02, 5.0],
 ];
 
-/// A scene that is not used in the fit, and its tolerance.
+/// A scene that is not used in the fit, and the accuracies that are asked for.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeldOut {
     pub parameters: Parameters,
-    pub tolerance: f64,
+    /// For n, P and Z.
+    pub tolerances: [f64; 3],
+    /// Parts of the spheres that lie below the heights between which P is asked for, and Z.
+    quantiles: [[f64; 2]; 2],
 }
 
 impl HeldOut {
-    const SEED: u64 = 2026;
+    const SEED: u64 = 2027;
 
     /// The first draws of one generator:
     ///
@@ -67,9 +71,10 @@ impl HeldOut {
     ///   11.57 and α, β add to it);
     /// - α = 0 in half of them, else uniform up to 0.1; β = 0 in half of them, else uniform up to
     ///   0.05;
-    /// - tolerance log-uniform between 0.3 and 15 %;
+    /// - tolerances of n, P and Z log-uniform between 0.1 and 10 %, each on its own;
+    /// - P and Z between heights below which lie up to half of the spheres, and 60 to 98 %;
     ///
-    /// all rounded to three significant digits; N/A outside [0.05, 40] is drawn again.
+    /// numbers rounded to three significant digits; N/A outside [0.05, 40] is drawn again.
     pub fn draw(count: usize) -> Vec<Self> {
         let mut generator = Generator::seed_from_u64(Self::SEED);
         let mut unit = || generator.random::<f64>();
@@ -79,16 +84,38 @@ impl HeldOut {
             let temperature = three_digits(libm::pow(40.0, root * root));
             let weight = log_uniform(unit(), 0.005, 10.0);
             let [field, decay] = [0.1, 0.05].map(|most| (unit() < 0.5, three_digits(most * unit())));
-            let tolerance = three_digits(log_uniform(unit(), 0.003, 0.15));
+            let tolerances = [(); 3].map(|()| three_digits(log_uniform(unit(), 0.001, 0.1)));
+            let quantiles = [(); 2].map(|()| [0.5 * unit(), 0.6 + 0.38 * unit()]);
             let column_density = three_digits(weight * temperature);
             let rate = |(is_zero, rate): (bool, f64)| if is_zero { 0.0 } else { rate };
             let parameters =
                 Parameters { temperature, field_rate: rate(field), decay_rate: rate(decay), column_density };
             if (0.05..=40.0).contains(&column_density) {
-                scenes.push(Self { parameters, tolerance });
+                scenes.push(Self { parameters, tolerances, quantiles });
             }
         }
         scenes
+    }
+
+    /// The column over a base that is wide enough to be true to 0.02 %, with a lid so high that it
+    /// carries nothing.
+    pub fn scene(&self) -> Result<Column, Error> {
+        self.parameters.scene_below(1e-7, 1200, 10.0)
+    }
+
+    /// What is asked: n everywhere, P and Z between heights.
+    pub fn accuracies(&self, scene: &Column) -> Result<[Accuracy; 3], Error> {
+        let theory = scene.hydrostatics(&ModifiedKolafa)?;
+        let [density, pressure, compressibility] = self.tolerances;
+        let between = |accuracy: Accuracy, [low, high]: [f64; 2]| {
+            let lowest = theory.height_of_fraction(low).floor();
+            accuracy.between(lowest, theory.height_of_fraction(high).ceil().max(lowest + 1.0))
+        };
+        Ok([
+            Accuracy::density(density)?,
+            between(Accuracy::pressure(pressure)?, self.quantiles[0])?,
+            between(Accuracy::compressibility_factor(compressibility)?, self.quantiles[1])?,
+        ])
     }
 }
 
@@ -132,12 +159,17 @@ impl Parameters {
     /// The scene over a square base with at least `particles` spheres on at least `side` x `side`;
     /// the lid lies where the theory has one sphere in 10⁵ above, and two diameters more.
     pub fn scene(&self, particles: usize, side: f64) -> Result<Column, Error> {
+        self.scene_below(1e-5, particles, side)
+    }
+
+    /// The same with another part of the spheres above the lid.
+    fn scene_below(&self, above: f64, particles: usize, side: f64) -> Result<Column, Error> {
         let field = ExponentialField::new(self.field_rate)?;
         let temperature = ExponentialTemperature::new(self.temperature, self.decay_rate)?;
         let theory = Hydrostatics::new(field, temperature, FluidSolid::default())
             .base(0.5)
             .column_density(self.column_density)?;
-        let height = theory.height_of_fraction(1.0 - 1e-5).ceil() + 2.0;
+        let height = theory.height_of_fraction(1.0 - above).ceil() + 2.0;
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let particles = particles.max((self.column_density * side * side).ceil() as usize);
         let side = (particles as f64 / self.column_density).sqrt();

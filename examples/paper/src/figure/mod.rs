@@ -19,6 +19,7 @@ pub mod colors {
     pub const VERMILION: RGBColor = RGBColor(213, 94, 0);
     pub const GREEN: RGBColor = RGBColor(0, 140, 105);
     pub const PURPLE: RGBColor = RGBColor(170, 80, 140);
+    pub const BROWN: RGBColor = RGBColor(150, 100, 20);
     pub const SKY: RGBColor = RGBColor(86, 180, 233);
     pub const GRAY: RGBColor = RGBColor(140, 140, 140);
 }

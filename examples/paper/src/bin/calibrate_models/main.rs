@@ -3,8 +3,9 @@
 //!
 //! Runs two dozen columns, writes `examples/paper/calibration/*.csv`, fits the constants of the
 //! estimates to these files, and prints the constants for `src/model/constants.rs` (`--fit` does
-//! only this). `--references` measures the forty scenes of `tests/model_for.rs` instead, which are
-//! not used in the fit, and writes `tests/reference/model_*.csv` of this package. Run it in the
+//! only this). `--unseen 40` instead draws forty scenes that are not used in the fit, measures
+//! references for them, runs the chosen models, and counts how often they are right. It writes
+//! `examples/paper/tests/reference/model_*.csv`, which `tests/model_for.rs` reads. Run it in the
 //! directory of the repository.
 
 #[macro_use]
@@ -12,7 +13,7 @@ extern crate paper;
 
 mod measure;
 mod reference;
-mod references;
+mod unseen;
 
 use paper::calibration::data::Data;
 use paper::calibration::fit;
@@ -24,11 +25,12 @@ use std::process::ExitCode;
 #[derive(clap::Args, Debug)]
 struct Arguments {
     /// Only fit the constants to existing calibration files
-    #[arg(long, conflicts_with = "references")]
+    #[arg(long, conflicts_with = "unseen")]
     fit: bool,
-    /// Measure the scenes of the test instead of those of the calibration (about five minutes)
-    #[arg(long)]
-    references: bool,
+    /// Judge the choices for this many scenes that are not used in the fit, instead of calibrating
+    /// (forty take about ten minutes on one core)
+    #[arg(long, value_name = "SCENES")]
+    unseen: Option<usize>,
 }
 
 fn main() -> ExitCode {
@@ -39,8 +41,8 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     // The repository; the output directory for short runs.
     let usual = if session.short { session.directory.clone() } else { PathBuf::from(".") };
     let out = session.out.clone().unwrap_or(usual);
-    if arguments.references {
-        references::make(&out.join("examples/paper/tests/reference"), session)?;
+    if let Some(scenes) = arguments.unseen {
+        unseen::judge_all(scenes, &out.join("examples/paper/tests/reference"), session)?;
         return Ok(Ending::Finished);
     }
     let directory = out.join("examples/paper/calibration");

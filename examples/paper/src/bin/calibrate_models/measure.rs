@@ -4,7 +4,7 @@
 use crate::reference::{Effort, Reference, mean};
 use gradient_mc::equation_of_state::{ModifiedKolafa, packing_fraction};
 use gradient_mc::model::{
-    Accuracy, MonteCarloPlan, MoveFamily, Quantity, densities, total_variation_distance,
+    Accuracy, CorrectedLayers, MonteCarloPlan, MoveFamily, Quantity, densities, total_variation_distance,
 };
 use gradient_mc::{Error, HydrostaticProfile};
 use paper::calibration::data::{Base, ColumnRow, Data, Formula, LayerRow, Moves, Plan};
@@ -27,8 +27,8 @@ const FEWEST: usize = 40;
 const COLUMNS_OF_BASES: [usize; 4] = [4, 5, 6, 7];
 const SIDES: [f64; 3] = [3.0, 4.0, 5.0];
 /// Required accuracy of a column, and largest CPU time in seconds.
-const NOISE: f64 = 1e-3;
-const MOST_SECONDS: f64 = 4.0;
+const NOISE: f64 = 6e-4;
+const MOST_SECONDS: f64 = 10.0;
 const SWEEPS: u64 = 2000;
 /// Seeds of one scene are apart from those of the next by this.
 const SEEDS: u64 = 10_000;
@@ -79,8 +79,8 @@ fn one(first_seed: u64, index: usize, parameters: Parameters, lengths: Lengths) 
     let (particles, side) = Parameters::WIDE;
     let scene = parameters.scene(particles, side)?;
     let Lengths { sweeps, most_seconds, .. } = lengths;
-    let effort = Effort { sweeps, noise: NOISE, most_seconds, seed: first_seed };
-    let truth = Reference::measure(&scene, effort)?;
+    let effort = Effort { sweeps, most_seconds, seed: first_seed };
+    let truth = Reference::measure(&scene, effort, is_enough)?;
     let theory = theory(&scene)?;
     let mut measured = Data::default();
     compare(index, parameters, &scene, &theory, &truth, &mut measured)?;
@@ -89,6 +89,10 @@ fn one(first_seed: u64, index: usize, parameters: Parameters, lengths: Lengths) 
         measured.bases.push(base(index, parameters, side, &truth, (first_seed + SEEDS / 4, lengths))?);
     }
     Ok(measured)
+}
+
+fn is_enough(reference: &Reference) -> bool {
+    reference.noise() < NOISE
 }
 
 fn theory(scene: &Column) -> Result<HydrostaticProfile, Error> {
@@ -100,14 +104,18 @@ fn accuracies() -> Result<Vec<Accuracy>, Error> {
     Quantity::ALL.iter().map(|&quantity| Accuracy::new(quantity, 0.5)).collect()
 }
 
-/// Profiles of ideal gas and theory, as the library has them.
-fn formulas(scene: &Column) -> Result<[Vec<f64>; 2], Error> {
+/// Profiles of ideal gas, theory and functional, as the library has them.
+fn formulas(scene: &Column) -> Result<[Vec<f64>; 3], Error> {
     let choice = scene.model_for(Accuracy::density(0.5)?)?;
     let [ideal, theory, ..] = choice.candidates() else { unreachable!("there are three candidates") };
-    Ok([ideal.model.densities(scene, 0)?, theory.model.densities(scene, 0)?])
+    Ok([
+        ideal.model.densities(scene, 0)?,
+        theory.model.densities(scene, 0)?,
+        CorrectedLayers::new(scene, &self::theory(scene)?)?.densities(scene),
+    ])
 }
 
-/// Errors of ideal gas and theory for a column.
+/// Errors of ideal gas, theory and functional for a column.
 fn compare(
     index: usize,
     parameters: Parameters,
@@ -117,7 +125,7 @@ fn compare(
     measured: &mut Data,
 ) -> Result<(), Failure> {
     let column_density = scene.column_density();
-    let [ideal, model] = formulas(scene)?;
+    let [ideal, model, functional] = formulas(scene)?;
     let differences: Vec<f64> =
         model.iter().zip(&truth.densities).map(|(model, truth)| model - truth).collect();
     let layered = LAYERED.min(differences.len());
@@ -134,7 +142,7 @@ fn compare(
         LayerRow { column, bin: bin as f64, difference: *difference, error: *error }
     }));
     for (quantity, accuracy) in accuracies()?.iter().enumerate() {
-        for (formula, profile) in [&ideal, &model].into_iter().enumerate() {
+        for (formula, profile) in [&ideal, &model, &functional].into_iter().enumerate() {
             measured.formulas.push(Formula {
                 column,
                 quantity: quantity as f64,
@@ -253,9 +261,9 @@ fn base(
     // As many spheres in as many sweeps as the wide base had, so that the noise is alike.
     let ratio = (truth.particles / particles).max(1) as u64;
     let Lengths { sweeps, most_seconds, .. } = lengths;
-    let effort = Effort { sweeps: sweeps * ratio, noise: NOISE, most_seconds, seed: first_seed };
-    let small = Reference::measure(&scene, effort)?;
-    let [ideal, model] = formulas(&scene)?;
+    let effort = Effort { sweeps: sweeps * ratio, most_seconds, seed: first_seed };
+    let small = Reference::measure(&scene, effort, is_enough)?;
+    let [ideal, model, _] = formulas(&scene)?;
     Ok(Base {
         column: column as f64,
         side: scene.slab().widths()[0],

@@ -20,8 +20,6 @@ pub(crate) struct Reference {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Effort {
     pub(crate) sweeps: u64,
-    /// Total variation distance by noise at which replicas are enough.
-    pub(crate) noise: f64,
     pub(crate) most_seconds: f64,
     pub(crate) seed: u64,
 }
@@ -36,8 +34,12 @@ impl Reference {
     const FEWEST: usize = 8;
 
     /// Event chains with tuned local moves in between, which settle dense and dilute columns alike,
-    /// replica by replica until the noise is small enough.
-    pub(crate) fn measure(scene: &Column, effort: Effort) -> Result<Self, Failure> {
+    /// replica by replica until they are enough.
+    pub(crate) fn measure(
+        scene: &Column,
+        effort: Effort,
+        is_enough: impl Fn(&Self) -> bool,
+    ) -> Result<Self, Failure> {
         let started = cpu_seconds();
         let particles = scene.particles();
         let plan = MonteCarloPlan::new(scene, particles, MoveFamily::Chains, effort.sweeps)?;
@@ -50,7 +52,7 @@ impl Reference {
             }
             let cpu_seconds = cpu_seconds() - started;
             let reference = Self::of(replicas, particles, effort.sweeps, cpu_seconds);
-            if reference.noise() < effort.noise || cpu_seconds > effort.most_seconds {
+            if is_enough(&reference) || cpu_seconds > effort.most_seconds {
                 return Ok(reference);
             }
             replicas = reference.replicas;

@@ -29,8 +29,9 @@ pub(crate) fn report(states: &[State<'_>], report: &mut Report) -> Result<(), Fa
     report.picture(
         "figure_04",
         &figure,
-        "Number density near the base in bins of 0.1 d (points) and the White Bear II functional in the same bins (lines): five clear \
-         layers at T₀ = 5, fewer at higher temperatures. Inset: lateral radial distribution function of the spheres in the lowest bin at T₀ = 5, \
+        "Number density near the base in bins of 0.1 d (points), and the functionals White Bear II (lines) and that of Lutsko which \
+         is stable (dashed) in the same bins; the others are in the picture of the layered base. Five clear layers \
+         at T₀ = 5, fewer at higher temperatures. Inset: lateral radial distribution function of the spheres in the lowest bin at T₀ = 5, \
          as in a liquid.",
     )?;
     write_tables(states, densest.temperature, &radial, report)?;
@@ -52,8 +53,12 @@ fn layers(states: &[&State<'_>]) -> Panel {
             .note(1.2, 4.6 - 0.3 * row as f64, &format!("T₀ = {temperature}"), color)
             .points("", color, Mark::Points, points)
             .line("", color, Mark::Line, state.theory.white_bear().base.iter().copied());
+        if let Some(stable) = state.theory.functionals.last() {
+            panel = panel.line("", color, Mark::Dashed, stable.base.iter().copied());
+        }
     }
-    panel
+    let functionals = "lines: White Bear II; dashed: Lutsko, stable";
+    panel.note(1.75, 3.4, functionals, colors::INK)
 }
 
 /// The temperature is 5, unless the command line leaves that out.

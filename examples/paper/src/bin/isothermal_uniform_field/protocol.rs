@@ -208,7 +208,9 @@ impl Protocol {
         let widest = steady.iter().map(|task| task.width).fold(0.0, f64::max);
         for task in steady.iter_mut().filter(|task| task.width == widest) {
             task.layers = scaled(match task.temperature {
-                5.0 | 15.0 => 13_000.0,
+                5.0 => 13_000.0,
+                // The third layer is broad, and its place hard to tell.
+                15.0 => 26_000.0,
                 _ => 11_000.0,
             });
             if task.side == Side::Above && [5.0, 20.0].contains(&task.temperature) {
@@ -224,9 +226,9 @@ impl Protocol {
     /// A column with fast moves: chains if the base is dense.
     fn column(temperature: f64, base: Task, scaled: &impl Fn(f64) -> u64) -> Task {
         let (family, equilibration, production) = match temperature {
-            5.0 => (Family::Chains, 1500.0, 3500.0),
-            15.0 => (Family::Tuned, 3000.0, 6000.0),
-            20.0 => (Family::Tuned, 2000.0, 5000.0),
+            5.0 => (Family::Chains, 1500.0, 7000.0),
+            15.0 => (Family::Tuned, 3000.0, 8000.0),
+            20.0 => (Family::Tuned, 2000.0, 12_000.0),
             _ => (Family::Tuned, 1000.0, 7000.0),
         };
         let (equilibration, production) = (scaled(equilibration), scaled(production));

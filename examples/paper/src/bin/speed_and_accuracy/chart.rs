@@ -10,8 +10,8 @@ use paper::figure::RGBColor;
 use paper::figure::{self, Axis, Corner, Figure, Mark, Panel, Place, colors};
 use paper::pareto;
 
-/// Ends of the axes: microseconds to minutes, and errors.
-const TIMES: [f64; 2] = [1e-6, 1e3];
+/// Ends of the axes: CPU seconds, with room for a legend left of the microseconds, and errors.
+const TIMES: [f64; 2] = [1e-9, 1e3];
 const ERRORS: [f64; 2] = [1e-4, 2.0];
 
 fn color(moves: Moves) -> RGBColor {

@@ -163,14 +163,14 @@ impl<'a> Means<'a> {
         // An approximate Z is sufficient for weights.
         let rough = Series::new(&[4.0, -2.0]);
         let mut equations = LeastSquares::new(terms);
-        // Where the smooth density is not above zero, a bin says nothing.
+        // A bin whose smoothed density is zero gives no information about Z(η).
         for bin in some.filter(|&bin| self.terms[bin] > 0.0) {
             let row = row(bin);
             let eta = self.terms[bin] / self.paths[bin];
             // The packing fraction, approximately, from the mean x of the first term η/(1 − η)³.
             let factor = rough.compressibility_factor(eta.min(0.5) / (1.0 + 3.0 * eta.min(0.5)));
-            // Separations add up to (Z − 1) times the path, and each counts for the less, the denser the
-            // fluid is: the longer it remembers who is near whom.
+            // The sum of separations has the mean (Z − 1) times the path. Its variance grows with the
+            // density, since neighbors stay the same longer in a dense fluid; measured: as η Z².
             let variance = self.paths[bin] * eta * factor * factor;
             equations.add(&row[..terms], self.transfers[bin], 1.0 / variance);
         }

@@ -1,7 +1,7 @@
 use super::super::test_frame;
 use super::ranks::{self, Ranks, Used};
 use super::*;
-use crate::equation_of_state::{ModifiedKolafa, Series};
+use crate::equation_of_state::{MOST_TERMS, ModifiedKolafa, Series};
 use crate::field::UniformField;
 use crate::frame::InForce;
 use crate::moves::EventChains;
@@ -209,6 +209,18 @@ fn a_short_run_has_collisions_without_errors() {
         let known = ModifiedKolafa.compressibility_factor(eta);
         approx::assert_relative_eq!(equation.compressibility_factor(eta), known, max_relative = 0.06);
     }
+}
+
+#[test]
+fn a_bin_whose_smoothed_density_is_zero_is_left_out() {
+    // Three bins with Z - 1 = 4 times the first term; in the last, chains ran and no sphere was
+    // counted.
+    let (counts, paths, terms) = ([5.0, 3.0, 0.0], [100.0, 100.0, 10.0], [10.0, 5.0, 0.0]);
+    let transfers = [40.0, 20.0, 1.0];
+    let mut sample = [counts, paths, transfers, terms].concat();
+    sample.resize(3 * (3 + MOST_TERMS), 0.0);
+    let fit = Means::of(&sample).fit(0..3, 1).unwrap();
+    approx::assert_relative_eq!(fit[0], 4.0, max_relative = 1e-12);
 }
 
 #[test]

@@ -57,7 +57,7 @@ impl Arguments {
                 width: self.width.unwrap_or(9.0),
                 replicas: 2,
                 equilibration: sweeps(1500),
-                sweeps: sweeps(3500),
+                sweeps: sweeps(8000),
                 mobility_sweeps: sweeps(4000),
                 paper_sweeps: None,
             }

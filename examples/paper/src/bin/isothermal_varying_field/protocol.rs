@@ -244,10 +244,10 @@ impl Protocol {
         const DENSE: f64 = 0.03;
         if rate < DENSE {
             let moves = LocalMoves::tuned().into();
-            return self.stage(moves, [4000, 20_000], 20);
+            return self.stage(moves, [4000, 40_000], 20);
         }
         let moves = EventChains::default().local_moves(Some(LocalMoves::tuned())).into();
-        self.stage(moves, [1500, 4500], 5)
+        self.stage(moves, [1500, 12_000], 5)
     }
 
     fn stage(&self, moves: Moves, sweeps: [u64; 2], interval: u64) -> Stage {
@@ -256,9 +256,10 @@ impl Protocol {
     }
 
     /// Moves for growth and production of a dense crystal: chains of a few diameters, half of them
-    /// lateral. Long chains, which move the column as a whole, are not needed.
+    /// lateral. Long chains, which move the column as a whole, are not needed. With the default path
+    /// the front does not follow coexistence.
     pub(crate) fn crystal_moves() -> Result<Moves, Failure> {
-        let chains = EventChains::with_length(5.0)?.vertical_fraction(0.5)?;
+        let chains = EventChains::with_length(5.0)?.vertical_fraction(0.5)?.path_per_sphere(1.2)?;
         Ok(chains.local_moves(Some(LocalMoves::tuned())).into())
     }
 

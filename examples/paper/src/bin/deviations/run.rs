@@ -127,11 +127,7 @@ impl Run {
 
     fn moves(&self) -> Result<Moves, Failure> {
         Ok(match self.plan {
-            Plan::Ours { .. } => {
-                let chains = EventChains::default().local_moves(Some(LocalMoves::tuned()));
-                // A crystal settles within the run with longer paths only.
-                if self.case.growth_rate > 0.09 { chains.path_per_sphere(1.2)? } else { chains }.into()
-            }
+            Plan::Ours { .. } => EventChains::default().local_moves(Some(LocalMoves::tuned())).into(),
             Plan::Field { .. } | Plan::Protocol { .. } => {
                 // The paper has smaller moves where it freezes.
                 let size = if self.case.growth_rate > 0.09 { 0.25 } else { 0.75 };

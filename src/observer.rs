@@ -70,8 +70,7 @@ impl ChainPiece {
 
     /// The piece as a move of a chain along `axis`.
     #[inline]
-    #[must_use]
-    pub fn as_move(&self, axis: usize) -> AcceptedMove {
+    fn as_move(&self, axis: usize) -> AcceptedMove {
         let mut displacement = Vector3::zeros();
         displacement[axis] = self.displacement;
         AcceptedMove { from_height: self.from_height, displacement, chain_axis: Some(axis) }
@@ -79,8 +78,7 @@ impl ChainPiece {
 
     /// The collision at the end of the piece, for a chain along `axis`; `None` without a collision.
     #[inline]
-    #[must_use]
-    pub fn collision(&self, axis: usize) -> Option<Collision> {
+    fn collision(&self, axis: usize) -> Option<Collision> {
         let from_height = if axis == 0 { self.from_height + self.displacement } else { self.from_height };
         let &Self { to_height, separation, .. } = self;
         (!to_height.is_nan()).then_some(Collision { axis, from_height, to_height, separation })

@@ -2,9 +2,7 @@
 
 use crate::statistics::{Estimate, mean_of_replicas};
 use crate::{Error, Merge, ObserverError};
-use std::fmt;
 use std::num::NonZero;
-use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::thread;
 
@@ -39,23 +37,11 @@ use std::thread;
 /// bijection m and the odd g of `SplitMix64` (Steele, Lea and Flood, doi:10.1145/2660193.2660195).
 /// All seeds of one set of replicas are different, and sets with neighboring seeds share none. With
 /// `seed + r`, in contrast, the second replica of seed 1 would be the first of seed 2.
-#[derive(Clone, Copy)]
-pub struct Replicas<'a> {
+#[derive(Debug, Clone, Copy)]
+pub struct Replicas {
     count: usize,
     seed: u64,
     threads: usize,
-    after_each: Option<&'a (dyn Fn(usize) -> ControlFlow<()> + Sync)>,
-}
-
-impl fmt::Debug for Replicas<'_> {
-    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
-        formatter
-            .debug_struct("Replicas")
-            .field("count", &self.count)
-            .field("seed", &self.seed)
-            .field("threads", &self.threads)
-            .finish_non_exhaustive()
-    }
 }
 
 /// Number and seed of a replica.
@@ -79,11 +65,11 @@ impl Replica {
     }
 }
 
-impl<'a> Replicas<'a> {
+impl Replicas {
     /// Makes a set of `count` replicas with seed 0, on all cores.
     #[must_use]
     pub fn new(count: usize) -> Self {
-        Self { count, seed: 0, threads: 0, after_each: None }
+        Self { count, seed: 0, threads: 0 }
     }
 
     /// Sets the seed from which those of the replicas are computed.
@@ -96,15 +82,6 @@ impl<'a> Replicas<'a> {
     #[must_use]
     pub fn threads(self, threads: usize) -> Self {
         Self { threads, ..self }
-    }
-
-    /// Calls `observe` after each replica with the number of finished replicas, to show progress.
-    /// If it returns [`ControlFlow::Break`], no other replica is begun, and the outcome has those
-    /// that were begun (this number depends on the number of threads). It is called from all
-    /// threads.
-    #[must_use]
-    pub fn after_each(self, observe: &'a (dyn Fn(usize) -> ControlFlow<()> + Sync)) -> Self {
-        Self { after_each: Some(observe), ..self }
     }
 
     /// Number of threads that will be used, if there are as many replicas.
@@ -176,7 +153,7 @@ impl<'a> Replicas<'a> {
         parameters: &[P],
         work: impl Fn(&P, Replica) -> Result<R, ObserverError> + Sync,
     ) -> Result<Vec<Outcome<R>>, Error> {
-        let (next, finished) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let next = AtomicUsize::new(0);
         let stop = AtomicBool::new(false);
         let total = parameters.len() * self.count;
         let worker = || {
@@ -188,9 +165,7 @@ impl<'a> Replicas<'a> {
                 }
                 let guard = StopOnPanic(&stop);
                 let result = work(&parameters[number / self.count], self.replica(number));
-                let finished = finished.fetch_add(1, Ordering::SeqCst) + 1;
-                let goes_on = self.after_each.is_none_or(|observe| observe(finished).is_continue());
-                if result.is_err() || !goes_on {
+                if result.is_err() {
                     stop.store(true, Ordering::SeqCst);
                 }
                 drop(guard);
@@ -289,37 +264,6 @@ impl<R> Outcome<R> {
             self.replicas.iter().map(|replica| Ok(estimate(replica)?.mean)).collect();
         mean_of_replicas(&means?)
     }
-
-    /// [`scatter`](Self::scatter) for each of several estimates, such as those of the bins of a
-    /// profile.
-    ///
-    /// # Errors
-    /// Those of [`scatter`](Self::scatter); [`Error::InvalidParameter`] if the replicas have
-    /// different numbers of estimates.
-    pub fn scatter_each(
-        &self,
-        estimates: impl Fn(&R) -> Result<Vec<Estimate>, Error>,
-    ) -> Result<Vec<Estimate>, Error> {
-        let of_all = self.replicas.iter().map(estimates).collect::<Result<Vec<_>, Error>>()?;
-        let length = of_all.first().map_or(0, Vec::len);
-        if let Some(other) = of_all.iter().find(|estimates| estimates.len() != length) {
-            let requirement = "it must be the same in all replicas";
-            let (name, value) = ("number of estimates of a replica", other.len() as f64);
-            return Err(Error::InvalidParameter { name, value, requirement });
-        }
-        if of_all.len() < 2 {
-            return Err(Error::TooFewObservations {
-                what: "replicas for a scatter",
-                available: of_all.len(),
-                needed: 2,
-            });
-        }
-        let over_replicas = |index: usize| {
-            let means: Vec<f64> = of_all.iter().map(|estimates| estimates[index].mean).collect();
-            mean_of_replicas(&means)
-        };
-        (0..length).map(over_replicas).collect()
-    }
 }
 
 #[cfg(test)]
@@ -385,17 +329,10 @@ mod tests {
         let one = run(1);
         let scatter = one.scatter(|(center, _)| center.estimate()).unwrap();
         assert!(scatter.standard_error > 0.0);
-        let densities = |outcome: &Outcome<Observed>| {
-            let densities = |(_, density): &Observed| {
-                Ok(density.points()?.iter().map(|point| point.number_density).collect())
-            };
-            outcome.scatter_each(densities).unwrap()
-        };
         for threads in [2, 3, 16] {
             let other = run(threads);
             assert_eq!(text(&one), text(&other));
             assert_eq!(other.scatter(|(center, _)| center.estimate()).unwrap(), scatter);
-            assert_eq!(format!("{:?}", densities(&one)), format!("{:?}", densities(&other)));
         }
     }
 
@@ -438,21 +375,9 @@ mod tests {
     }
 
     #[test]
-    fn progress_is_seen_and_can_stop() {
-        let seen = Mutex::new(Vec::new());
-        let observe = |finished: usize| {
-            seen.lock().unwrap().push(finished);
-            if finished == 3 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-        };
-        let replicas = Replicas::new(10).threads(1).after_each(&observe);
-        let outcome = replicas.run(|replica| Ok(replica.index())).unwrap();
-        assert_eq!((outcome.replicas(), &seen.lock().unwrap()[..]), (&[0, 1, 2][..], &[1, 2, 3][..]));
+    fn no_replicas_are_too_few() {
         let none = Replicas::new(0).run(|_| Ok(CenterOfMass::new())).unwrap();
         assert!(matches!(none.merged(), Err(Error::TooFewObservations { available: 0, .. })));
         assert!(matches!(none.scatter(CenterOfMass::estimate), Err(Error::TooFewObservations { .. })));
-        assert!(matches!(none.scatter_each(|_| Ok(Vec::new())), Err(Error::TooFewObservations { .. })));
-        let uneven = Replicas::new(2).run(|replica| Ok(replica.index())).unwrap();
-        let lengths = uneven.scatter_each(|&index| Ok(vec![Estimate::exact(1.0); index]));
-        assert!(matches!(lengths, Err(Error::InvalidParameter { .. })));
     }
 }

@@ -69,8 +69,7 @@ impl Wall {
     }
 
     /// The other wall.
-    #[must_use]
-    pub fn opposite(self) -> Self {
+    pub(crate) fn opposite(self) -> Self {
         match self {
             Self::Base => Self::Lid,
             Self::Lid => Self::Base,

@@ -1,13 +1,13 @@
 //! What the feedback of a temperature that varies costs: sweeps that measure and adapt, and sweeps
 //! that record the balance of forces, against sweeps in the same potential, frozen and unobserved.
 
-use crate::median;
 use gradient_mc::drive::{EquationOfStateClosure, SelfConsistent};
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
 use gradient_mc::temperature::ExponentialTemperature;
 use gradient_mc::{Scene, Simulation, Slab};
 use paper::Failure;
+use paper::accuracy::median;
 use paper::clock::process_cpu_seconds as cpu_seconds;
 use paper::table::Table;
 

@@ -24,6 +24,7 @@ use gradient_mc::start::Positions;
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Error, Scene, Simulation, Slab};
 use paper::Failure;
+use paper::accuracy::median;
 use paper::clock::process_cpu_seconds as cpu_seconds;
 use paper::plain::PlainColumn;
 use std::path::PathBuf;
@@ -58,11 +59,6 @@ fn rate(mut turn: impl FnMut() -> Result<(), Error>) -> Result<f64, Error> {
     let start = cpu_seconds();
     turn()?;
     Ok(1e-6 * (SWEEPS * PARTICLES as u64) as f64 / (cpu_seconds() - start))
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values[values.len() / 2]
 }
 
 fn compare(name: &str, number_density: f64, displacement: f64) -> Result<(), Error> {

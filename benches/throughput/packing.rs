@@ -1,12 +1,12 @@
 //! Trial moves and chain events over the packing fraction.
 
-use crate::median;
 use gradient_mc::equation_of_state::number_density;
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{Scene, Simulation, Slab};
 use paper::Failure;
+use paper::accuracy::median;
 use paper::clock::process_cpu_seconds as cpu_seconds;
 use paper::table::Table;
 

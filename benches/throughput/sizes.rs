@@ -1,12 +1,12 @@
 //! Time per trial and per event, and memory, over the number of spheres.
 
-use crate::median;
 use clap::ValueEnum;
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::{EventChains, LocalMoves, Moves};
 use gradient_mc::temperature::Isothermal;
 use gradient_mc::{MoveCounts, Scene, Simulation, Slab};
 use paper::Failure;
+use paper::accuracy::median;
 use paper::clock::process_cpu_seconds as cpu_seconds;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use paper::table::Table;

@@ -1,9 +1,9 @@
 //! What a second thread gains, on the clock on the wall: meaningful on an idle machine only.
 
-use crate::median;
 use crate::packing::fluid;
 use gradient_mc::{Simulation, moves::LocalMoves};
 use paper::Failure;
+use paper::accuracy::median;
 use paper::clock::process_cpu_seconds as cpu_seconds;
 use std::time::Instant;
 

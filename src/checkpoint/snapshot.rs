@@ -93,12 +93,6 @@ impl Snapshot {
         self.sweep
     }
 
-    /// Number of sweeps of the current production; 0 in equilibration.
-    #[must_use]
-    pub fn sweeps_of_production(&self) -> u64 {
-        self.measured
-    }
-
     /// The bytes of a [file](crate::checkpoint#the-file).
     #[must_use]
     pub fn to_bytes(&self) -> Vec<u8> {

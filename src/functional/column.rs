@@ -160,8 +160,8 @@ impl<F: Field, T: TemperatureProfile, W: Functional> DensityFunctional<F, T, W> 
         let constant = self.temperature.constant();
         let mut grid = self.fitted(&rule, Grid::new(&rule, ends, walls), start, constant)?;
         let mut logarithms: Vec<f64> = grid.nodes.iter().map(|&height| logarithm(start, height)).collect();
-        let mut iterations = 0;
-        for refinement in 0..=REFINEMENTS {
+        let (mut iterations, mut refinements) = (0, 0);
+        loop {
             let potential = Potential::new(&self.field, &self.temperature, constant, &grid, open_end, ratio)?;
             let problem = Problem::new(&rule, &self.functional, grid, potential, given);
             let mut solution = problem.solve(logarithms)?;
@@ -171,9 +171,10 @@ impl<F: Field, T: TemperatureProfile, W: Functional> DensityFunctional<F, T, W> 
             if coarse.is_empty() {
                 return Ok(LayeredProfile::new(&rule, &problem, &solution, start));
             }
-            if refinement == REFINEMENTS {
+            if refinements == REFINEMENTS {
                 return Err(worst);
             }
+            refinements += 1;
             grid = problem.grid.halved(&rule, &coarse);
             logarithms = grid
                 .nodes
@@ -181,7 +182,6 @@ impl<F: Field, T: TemperatureProfile, W: Functional> DensityFunctional<F, T, W> 
                 .map(|&height| problem.grid.interpolate(&rule, &solution.logarithms, height))
                 .collect();
         }
-        Err(Error::FunctionalNotConverged { iterations, residual: f64::INFINITY })
     }
 
     /// Where centers begin and end, and whether there is a wall: beyond the others hardly anything

@@ -102,12 +102,6 @@ impl LayeredProfile {
         self.profile.column_below(height)
     }
 
-    /// Spheres per unit area above `height`, with its digits also where little is left.
-    #[must_use]
-    pub fn column_above(&self, height: f64) -> f64 {
-        self.profile.column_above(height)
-    }
-
     /// Height of the center of mass.
     #[must_use]
     pub fn center_of_mass(&self) -> f64 {
@@ -118,12 +112,6 @@ impl LayeredProfile {
     #[must_use]
     pub fn height_of_fraction(&self, fraction: f64) -> f64 {
         self.profile.height_of_fraction(fraction)
-    }
-
-    /// Height and number density of the densest point, that in contact with a wall as a rule.
-    #[must_use]
-    pub fn density_maximum(&self) -> (f64, f64) {
-        self.profile.density_maximum()
     }
 
     /// Chemical potential over temperature, μ = ln n + μₑₓ + u, with u = φ/T at the lowest center.

@@ -210,12 +210,6 @@ impl ModelChoice {
         &self.candidates
     }
 
-    /// What was asked for.
-    #[must_use]
-    pub fn accuracy(&self) -> &Accuracy {
-        &self.accuracy
-    }
-
     /// Whether the model is expected to be as accurate as was asked for. It is not where the column
     /// freezes, nor for P and Z where the wall at the [open end](Scene::open_end) carries part
     /// of the pressure, which then is no weight.

@@ -52,6 +52,7 @@ impl fmt::Display for MoveFamily {
 /// let mut center_of_mass = CenterOfMass::new();
 /// simulation.run(plan.production_sweeps(), &mut center_of_mass)?;
 /// println!("{plan}: {}", center_of_mass.estimate()?);
+/// assert_eq!(plan.family(), MoveFamily::TunedLocal);
 /// # Ok::<(), gradient_mc::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]

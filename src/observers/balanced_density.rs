@@ -263,6 +263,7 @@ mod tests {
             })
             .collect();
         let (balanced, counted) = Merge::pooled(&profiles).unwrap();
+        assert_eq!(balanced.observations(), counted.observations());
         let rows = balanced.points().unwrap().into_iter().zip(counted.points().unwrap());
         let (mut sums, mut number) = ([0.0; 2], 0.0);
         for (balanced, counted) in rows.filter(|(_, counted)| counted.number_density.mean > 0.02) {

@@ -7,6 +7,9 @@ use super::radial_distribution::in_the_plane;
 use crate::statistics::{BlockAverages, Estimate};
 use crate::{Error, Frame, Merge, Observer, ObserverError, Slab};
 
+/// Lateral distance of neighbors in the paper, in diameters.
+const NEIGHBOR_DISTANCE: f64 = 1.2;
+
 /// Distribution g(θ) of the angles between the neighbors of a sphere, for the spheres in a range of
 /// heights.
 ///
@@ -57,39 +60,21 @@ pub struct NeighborAnglePoint {
 }
 
 impl NeighborAngles {
-    /// Lateral distance of neighbors in the paper, in diameters.
-    pub const NEIGHBOR_DISTANCE: f64 = 1.2;
-
     /// Makes an observer of the spheres at heights from `low` to `high`, with neighbors within 1.2
     /// diameters and `bins` of equal width over the full circle.
     ///
     /// # Errors
-    /// Those of [`with_neighbor_distance`](Self::with_neighbor_distance).
-    pub fn new(slab: &Slab, low: f64, high: f64, bins: usize) -> Result<Self, Error> {
-        Self::with_neighbor_distance(slab, low, high, Self::NEIGHBOR_DISTANCE, bins)
-    }
-
-    /// [`new`](Self::new) with neighbors within the lateral distance `neighbor_distance`, in
-    /// diameters.
-    ///
-    /// # Errors
     /// [`Error::InvalidBins`] if the number of bins is not between 1 and
     /// [`MAXIMUM_BINS`](super::MAXIMUM_BINS); [`Error::InvalidParameter`] if not 0 ≤ low < high ≤
-    /// height of the slab, or if the distance is not positive or above half the smaller width.
-    pub fn with_neighbor_distance(
-        slab: &Slab,
-        low: f64,
-        high: f64,
-        neighbor_distance: f64,
-        bins: usize,
-    ) -> Result<Self, Error> {
+    /// height of the slab.
+    pub fn new(slab: &Slab, low: f64, high: f64, bins: usize) -> Result<Self, Error> {
         if bins == 0 || bins > super::MAXIMUM_BINS {
             return Err(Error::InvalidBins { bins, extent: 360.0, maximum: super::MAXIMUM_BINS });
         }
         Ok(Self {
             run: OneRun::in_slab(slab),
             heights: HeightBins::new(slab, low, high, 1)?,
-            neighbors: Neighbors::new(slab, neighbor_distance)?,
+            neighbors: Neighbors::unchecked(slab, NEIGHBOR_DISTANCE),
             bins,
             directions: Vec::new(),
             sample: vec![0.0; bins + 2],
@@ -133,7 +118,6 @@ impl NeighborAngles {
 impl Merge for NeighborAngles {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.heights.require_same(&other.heights)?;
-        super::require_same_radius(&self.neighbors, &other.neighbors)?;
         self.run.require_same_scene(&other.run)?;
         self.averages.merge(&other.averages)?;
         self.run.join(&other.run);
@@ -223,7 +207,7 @@ mod tests {
             let mirrored = points[(12 - bin) % 12].angular_distribution;
             assert!((value.mean - mirrored.mean).abs() < 1e-12);
         }
-        let other = NeighborAngles::with_neighbor_distance(&Scene::new(10.0, &[]).slab, 0.0, 1.0, 1.3, 12);
+        let other = NeighborAngles::new(&Scene::new(10.0, &[]).slab, 0.0, 1.5, 12);
         assert!(matches!(angles.merge(&other.unwrap()), Err(Error::InvalidParameter { .. })));
     }
 

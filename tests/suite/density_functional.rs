@@ -3,7 +3,8 @@
 use gradient_mc::equation_of_state::{number_density, packing_fraction};
 use gradient_mc::field::{ExponentialField, UniformField};
 use gradient_mc::functional::{
-    Bulk, DensityFunctional, Functional, LayeredProfile, Lutsko, Rosenfeld, WhiteBear, WhiteBear2,
+    Bulk, DensityFunctional, FreeEnergy, Functional, LayeredProfile, Lutsko, Rosenfeld, WeightedDensities,
+    WhiteBear, WhiteBear2,
 };
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal, TemperatureFn};
 use gradient_mc::{EquationOfState, Error, Field, Hydrostatics, TemperatureProfile};
@@ -88,6 +89,7 @@ fn carries_its_weight<F: Field, T: TemperatureProfile>(
     let profile =
         DensityFunctional::new(field, temperature, functional).lid(400.0).column_density(spheres).unwrap();
     assert!((profile.column_density() / spheres - 1.0).abs() < 1e-9);
+    assert!(profile.residual() < 1e-8, "{}", profile.residual());
     let contact = profile.contact_density() * at_base / profile.base_pressure();
     assert!((contact - 1.0).abs() < 1e-6, "{contact}");
     let lid = profile.number_density(399.5) * at_lid;
@@ -234,6 +236,19 @@ fn a_hanging_column_is_the_mirror_image() {
     }
 }
 
+/// Knows the uniform fluid alone.
+struct OnlyUniform;
+
+impl Functional for OnlyUniform {
+    fn free_energy(&self, weighted: &WeightedDensities) -> FreeEnergy {
+        let mut energy = WhiteBear2.free_energy(weighted);
+        if weighted.vector != 0.0 {
+            energy.by_vector = f64::NAN;
+        }
+        energy
+    }
+}
+
 #[test]
 fn what_cannot_be_solved_is_an_error() {
     // Its lower part is a crystal.
@@ -251,4 +266,7 @@ fn what_cannot_be_solved_is_an_error() {
         DensityFunctional::new(UniformField::new(0.0).unwrap(), Isothermal::new(1.0).unwrap(), WhiteBear2);
     assert!(matches!(flat.column_density(1.0), Err(Error::UnboundedColumn { .. })));
     assert!(flat.lid(0.9).column_density(0.1).is_err());
+    let failing = DensityFunctional::new(UniformField::default(), Isothermal::new(5.0).unwrap(), OnlyUniform);
+    let failed = failing.column_density(5.0);
+    assert!(matches!(failed, Err(Error::FunctionalNotConverged { .. })), "{failed:?}");
 }

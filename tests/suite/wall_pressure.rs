@@ -54,6 +54,7 @@ fn the_walls_of_a_closed_box_bear_the_pressure_of_the_fluid() {
         let runs = (0..4).map(|seed| observed(&scene, Moves::default(), seed, 1500, parts.clone()));
         let runs: Vec<_> = runs.collect();
         let (walls, mut profile) = Merge::pooled(&runs).unwrap();
+        assert_eq!(walls.observations(), 6000);
         let lid = walls.at(Wall::Lid).unwrap();
         assert!(lid.standard_error > 0.0 && lid.standard_error < 0.006 * lid.mean, "{lid}");
         profile.observer.set_open_end_pressure(lid).unwrap();

@@ -64,6 +64,12 @@ pub fn root_mean_square(values: impl IntoIterator<Item = f64>) -> f64 {
     root_mean(&values.into_iter().map(|value| value * value).collect::<Vec<f64>>())
 }
 
+/// The median; the larger of the two in the middle, and NaN if there are none.
+pub fn median(mut values: Vec<f64>) -> f64 {
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -92,6 +98,8 @@ mod tests {
         let expected = f64::midpoint(0.03 * 0.03, 0.04 * 0.04).sqrt();
         assert_relative_eq!(bulk_deviation(&values, &reference, &reference), expected, epsilon = 1e-12);
         assert_relative_eq!(root_mean_square([3.0, 4.0]), 12.5_f64.sqrt());
+        assert_relative_eq!(median(vec![5.0, 1.0, 2.0, 4.0]), 4.0);
+        assert!(median(Vec::new()).is_nan());
         assert!(root_mean(&[]).is_nan());
     }
 }

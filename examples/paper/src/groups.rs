@@ -70,10 +70,10 @@ pub fn largest(values: impl IntoIterator<Item = f64>) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    // Inside, since benches have this file without a test harness.
+    use super::*;
+
     #[test]
     fn what_could_not_be_measured_is_not_passed_over() {
-        use super::{Estimate, farthest_from_zero, largest};
         let estimates =
             |means: &[f64]| means.iter().map(|&mean| Estimate::new(mean, 0.1)).collect::<Vec<_>>();
         assert!((farthest_from_zero(estimates(&[0.5, -2.0, 1.0])).mean + 2.0).abs() < 1e-15);

@@ -150,12 +150,6 @@ impl LocalMoves {
         self.maximum_displacement().min(self.across)
     }
 
-    /// The S of a mixture, in diameters; none if they are [tuned](Self::tuned).
-    #[must_use]
-    pub fn maximum_displacements(&self) -> &[f64] {
-        &self.sizes[..self.count]
-    }
-
     /// S in diameters; the largest of a mixture, and of [tuned](Self::tuned) ones the largest in
     /// short sweeps.
     #[must_use]

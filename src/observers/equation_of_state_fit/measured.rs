@@ -1,7 +1,7 @@
 //! The measured equation of state.
 
 use super::least_squares::LeastSquares;
-use crate::equation_of_state::{Domain, EquationOfState, MOST_TERMS, Series, number_density};
+use crate::equation_of_state::{Domain, EquationOfState, MOST_TERMS, Series};
 use crate::statistics::{Estimate, Jackknife, chi_squared_quantile, share_of_first};
 use crate::{Error, Warning};
 use nalgebra::DVector;
@@ -273,16 +273,6 @@ impl EquationOfStateCurve<'_> {
             .jackknife
             .covariance(|values| self.each(values, packing_fractions, Series::compressibility_factor));
         Ok(covariance.row_iter().map(|row| row.iter().copied().collect()).collect())
-    }
-
-    /// P/T = nZ at packing fractions, in inverse cubic diameters.
-    ///
-    /// # Errors
-    /// [`Error::InvalidParameter`] for a packing fraction outside the measured range.
-    pub fn reduced_pressure_at(&self, packing_fractions: &[f64]) -> Result<Vec<Estimate>, Error> {
-        self.estimates(packing_fractions, |series, eta| {
-            number_density(eta) * series.compressibility_factor(eta)
-        })
     }
 
     /// The isothermal compressibility over that of an ideal gas, n T κ = 1/(Z + dZ/d ln η), at

@@ -141,6 +141,7 @@ fn collisions_are_right_in_a_column_that_still_falls_and_ranks_are_not_believed(
     let mut fit = EquationOfStateFit::new(&scene).unwrap();
     simulation.run(1600, &mut fit).unwrap();
     let measured = fit.result().unwrap();
+    assert_eq!(measured.terms(), 3);
     let etas = [0.1, 0.2, 0.3];
     let deviation = |factor: &crate::statistics::Estimate, eta: f64| {
         factor.deviation_from(ModifiedKolafa.compressibility_factor(eta)).abs()

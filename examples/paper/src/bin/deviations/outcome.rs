@@ -7,6 +7,7 @@ use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa};
 use gradient_mc::observers::EquationOfStateProfile;
 use gradient_mc::statistics::Estimate;
 use paper::Failure;
+use paper::accuracy::median;
 use paper::groups::largest;
 
 /// Runs that were made alike, as eq. (32) takes them, with both analyses.
@@ -56,9 +57,7 @@ impl Analysis {
 
     /// The median of a measure over the paper's bins.
     pub(crate) fn median(&self, measure: impl Fn(&PaperPoint) -> f64) -> f64 {
-        let mut values: Vec<f64> = self.points.iter().map(measure).collect();
-        values.sort_by(f64::total_cmp);
-        values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+        median(self.points.iter().map(measure).collect())
     }
 
     /// Mean over the groups whose middles lie below `highest`; as if all their errors were one,

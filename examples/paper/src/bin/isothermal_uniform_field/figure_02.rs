@@ -2,7 +2,7 @@
 
 use super::column::Column;
 use super::protocol::{DRAWN, Family, Protocol, TEMPERATURES};
-use super::state::{State, difference};
+use super::state::State;
 use super::steadiness::steady_from;
 use super::style::color_of;
 use super::theory::{accuracy, between_walls};
@@ -253,7 +253,7 @@ fn plateaus(states: &[State<'_>], report: &mut Report) -> Result<(), Failure> {
             verdicts.agrees(
                 "2",
                 &format!("h_c at T = {temperature} from above, {above}, minus from below, {below}"),
-                difference(above, below),
+                above.minus_independent(below),
                 (0.0, 4.0),
                 3.0 * largest_error,
             );
@@ -263,7 +263,7 @@ fn plateaus(states: &[State<'_>], report: &mut Report) -> Result<(), Failure> {
             verdicts.agrees(
                 "2",
                 &format!("h_c at T = {temperature} over {narrow} x {narrow}, {over_narrow}, minus over {wide} x {wide}, {over_wide}"),
-                difference(over_narrow, over_wide),
+                over_narrow.minus_independent(over_wide),
                 (0.0, 4.0),
                 3.0 * largest_error,
             );
@@ -289,7 +289,7 @@ fn slopes(states: &[State<'_>], report: &mut Report) {
     }
     for pair in states.windows(2) {
         let step = pair[1].temperature - pair[0].temperature;
-        let rise = difference(pair[1].center_of_mass, pair[0].center_of_mass);
+        let rise = pair[1].center_of_mass.minus_independent(pair[0].center_of_mass);
         let expected =
             (pair[1].theory.kolafa.center_of_mass() - pair[0].theory.kolafa.center_of_mass()) / step;
         report.verdicts.agrees(

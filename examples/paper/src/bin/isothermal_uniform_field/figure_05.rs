@@ -129,13 +129,7 @@ fn dilute(temperature: f64) -> f64 {
 fn mean_over(mobility: &Mobility<'_>, inside: impl Fn(f64) -> bool) -> Estimate {
     let bins =
         mobility.points.iter().filter(|point| inside(point.height)).map(|point| point.mean_displacement);
-    let (mut weights, mut sum) = (0.0, 0.0);
-    for bin in bins.filter(|bin| bin.standard_error > 0.0) {
-        let weight = 1.0 / (bin.standard_error * bin.standard_error);
-        weights += weight;
-        sum += weight * bin.mean;
-    }
-    Estimate::new(sum / weights, 1.0 / weights.sqrt())
+    Estimate::weighted_mean_of_independent(bins.filter(|bin| bin.standard_error > 0.0))
 }
 
 fn claims(measured: &[Mobility<'_>], report: &mut Report) {
@@ -194,7 +188,7 @@ fn one_curve(first: &Mobility<'_>, second: &Mobility<'_>) -> Estimate {
             })
         });
         if one.mean.is_finite() && other.mean.is_finite() {
-            differences.push(super::state::difference(one, other));
+            differences.push(one.minus_independent(other));
         }
     }
     magnitude(farthest_from_zero(differences))

@@ -3,10 +3,11 @@
 
 use super::layers::{Layer, of_theory};
 use super::protocol::DRAWN;
-use super::state::{State, difference};
+use super::state::State;
 use super::style::color_of;
 use super::theory::Layers;
 use gradient_mc::statistics::Estimate;
+use paper::accuracy::root_mean_square;
 use paper::figure::{Axis, Corner, Figure, Mark, Panel, Place, Point, colors};
 use paper::functionals::independent_base;
 use paper::groups::largest;
@@ -123,9 +124,8 @@ fn deviation(state: &State<'_>, column: usize) -> Panel {
 
 /// Root mean square over the bins of the deviation from a functional, and of its error.
 fn root_mean_squares(state: &State<'_>, functional: &Layers) -> [f64; 2] {
-    let found: Vec<Estimate> = from_functional(state, functional).map(|(_, deviation)| deviation).collect();
-    [|bin: &Estimate| bin.mean, |bin: &Estimate| bin.standard_error].map(|value: fn(&Estimate) -> f64| {
-        (found.iter().map(|bin| value(bin) * value(bin)).sum::<f64>() / found.len() as f64).sqrt()
+    [|bin: Estimate| bin.mean, |bin: Estimate| bin.standard_error].map(|value: fn(Estimate) -> f64| {
+        root_mean_square(from_functional(state, functional).map(|(_, deviation)| value(deviation)))
     })
 }
 
@@ -217,7 +217,7 @@ fn claims(states: &[State<'_>], report: &mut Report) -> Result<(), Failure> {
 /// The base at T₀ = 5 by a program that has nothing in common with this library.
 fn independently(state: &State<'_>, report: &mut Report) -> Result<(), Failure> {
     let differences = state.base.bins.iter().zip(independent_base()?).map(|((_, density), other)| {
-        let difference = difference(*density, other);
+        let difference = density.minus_independent(other);
         (difference.mean / difference.standard_error).abs()
     });
     report.verdicts.at_most(
@@ -235,7 +235,7 @@ fn independently(state: &State<'_>, report: &mut Report) -> Result<(), Failure> 
 /// The base by two families of moves.
 fn two_routes(state: &State<'_>, report: &mut Report) {
     let differences = state.base.bins.iter().zip(&state.base_by_own_moves).map(|((_, local), own)| {
-        let difference = difference(*local, *own);
+        let difference = local.minus_independent(*own);
         (difference.mean / difference.standard_error).abs()
     });
     // The largest of 80 differences of equal numbers is above 4 errors once in 200 cases.

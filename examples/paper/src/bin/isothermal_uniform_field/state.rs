@@ -103,8 +103,3 @@ fn pooled<'a>(
     }
     if total > 0.0 { Ok(Estimate::new(mean, squared.sqrt())) } else { Err("no such column".into()) }
 }
-
-/// The difference of two independent estimates.
-pub(crate) fn difference(first: Estimate, second: Estimate) -> Estimate {
-    first.minus_independent(second)
-}

@@ -23,8 +23,7 @@ pub(crate) fn mean_spacing(layers: &[Layer]) -> Estimate {
         return Estimate::new(f64::NAN, f64::NAN);
     }
     let (first, last, gaps) = (layers[0].position, layers[last - 1].position, (last - 1) as f64);
-    let error = first.standard_error.hypot(last.standard_error) / gaps;
-    Estimate::new((last.mean - first.mean) / gaps, error)
+    last.minus_independent(first) / gaps
 }
 
 /// The spacing that theory has at a height, of a crystal free to choose how dense its layers are

@@ -90,36 +90,24 @@ pub(crate) fn draw(results: &Results, report: &mut Report) -> Result<(), Failure
 /// Accepted moves at the base over those at a height where the column is dilute or ends.
 fn value_near(profile: &DisplacementProfile, low: f64, high: f64) -> Result<Estimate, Failure> {
     let points = profile.points()?;
-    let inside: Vec<Estimate> = points
-        .iter()
-        .filter(|point| (low..high).contains(&point.height))
-        .map(|point| point.mean_displacement)
-        .collect();
-    let count = inside.len() as f64;
-    let squares: f64 = inside.iter().map(|value| value.standard_error * value.standard_error).sum();
-    Ok(Estimate::new(inside.iter().map(|value| value.mean).sum::<f64>() / count, squares.sqrt() / count))
+    let inside = points.iter().filter(|point| (low..high).contains(&point.height));
+    Ok(Estimate::mean_of_independent(inside.map(|point| point.mean_displacement)))
 }
 
 pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Failure> {
-    let ratio = |above: Estimate, below: Estimate| {
-        let ratio = above.mean / below.mean;
-        let relative = (above.standard_error / above.mean).hypot(below.standard_error / below.mean);
-        Estimate::new(ratio, ratio * relative)
-    };
     if let Some(crystal) = results.crystals.first() {
         let fronts = crystal.fronts()?;
-        let off = fronts.mobility.mean - fronts.bonds.mean;
-        let error = fronts.mobility.standard_error.hypot(fronts.bonds.standard_error);
+        let off = fronts.mobility.minus_independent(fronts.bonds);
         let claim = format!(
             "α = 0.1: height of the decrease of Δr ({}; about 26 in the paper) minus front by bonds, in d",
             fronts.mobility
         );
-        verdicts.between("12", &claim, Estimate::new(off, error), -1.0, 1.0);
+        verdicts.between("12", &claim, off, -1.0, 1.0);
         let front = fronts.bonds.mean;
         let below = value_near(&crystal.mobility, front - 4.0, front - 2.0)?;
         let above = value_near(&crystal.mobility, front + 1.0, front + 3.0)?;
         let claim = "α = 0.1: Δr 1 to 3 d above the front over that 2 to 4 d below";
-        verdicts.at_least("12", claim, ratio(above, below), 1.2);
+        verdicts.at_least("12", claim, above.over_independent(below), 1.2);
     }
     let bases: Vec<Estimate> =
         results.fluids.iter().map(|fluid| value_near(&fluid.mobility, 1.5, 4.5)).collect::<Result<_, _>>()?;
@@ -127,8 +115,13 @@ pub(crate) fn judge(results: &Results, verdicts: &mut Verdicts) -> Result<(), Fa
         // What is said to be fluid must be mobile at the base.
         let middle = value_near(&fluid.mobility, 20.5, 24.5)?;
         let claim = "α = 0.0025: Δr at the base over that at x = 22";
-        verdicts.at_least("12", claim, ratio(*first, middle), 0.7);
-        verdicts.at_most("12", "Δr at the base, α = 0.05 over α = 0.0025", ratio(*last, *first), 0.7);
+        verdicts.at_least("12", claim, first.over_independent(middle), 0.7);
+        verdicts.at_most(
+            "12",
+            "Δr at the base, α = 0.05 over α = 0.0025",
+            last.over_independent(*first),
+            0.7,
+        );
     }
     Ok(())
 }

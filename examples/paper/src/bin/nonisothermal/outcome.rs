@@ -104,9 +104,5 @@ fn center_of_mass(runs: &[Measured], side: Option<Side>) -> Result<Option<Estima
 fn difference(runs: &[Measured]) -> Result<Option<Estimate>, Failure> {
     let above = center_of_mass(runs, Some(Side::Above))?;
     let below = center_of_mass(runs, Some(Side::Below))?;
-    Ok(above.zip(below).map(|(above, below)| {
-        let squares =
-            above.standard_error * above.standard_error + below.standard_error * below.standard_error;
-        Estimate::new(above.mean - below.mean, squares.sqrt())
-    }))
+    Ok(above.zip(below).map(|(above, below)| above.minus_independent(below)))
 }

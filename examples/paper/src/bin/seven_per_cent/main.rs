@@ -30,7 +30,7 @@ use paper::table::{Table, percent};
 use paper::verdict::Verdicts;
 use paper::{Ending, Failure, Report, Session, Side};
 use prediction::{Prediction, part_outside};
-use run::{MEASURING_BINS, MovesChoice, Outcome, SchemeChoice, Setup};
+use run::{Band, MEASURING_BINS, MovesChoice, Outcome, SchemeChoice, Setup};
 use scan::Scan;
 use std::process::ExitCode;
 
@@ -122,7 +122,7 @@ fn setups(full: bool, session: &Session) -> Vec<Setup> {
 pub(crate) type Finished = (Setup, Outcome);
 
 /// A run as it is drawn.
-pub(crate) type Drawn = (Setup, Vec<run::Band>);
+pub(crate) type Drawn = (Setup, Vec<Band>);
 
 enum Task {
     Run(Setup),
@@ -263,19 +263,16 @@ fn verdicts(
     let mut verdicts = Verdicts::new();
     for (setup, outcome) in runs.iter().filter(|(setup, _)| setup.scheme == SchemeChoice::Instantaneous) {
         if let Some(part) = setup.part_outside() {
-            let (mut measured, mut expected, mut squares) = (0.0, 0.0, 0.0);
-            for band in &outcome.bands[0][..7] {
-                measured += band.deviation.mean / 7.0;
-                squares += band.deviation.standard_error * band.deviation.standard_error / 49.0;
-                expected += part * prediction.deviation(setup.area, setup.acceptance_bin, band.height) / 7.0;
-            }
+            let bands = &outcome.bands[0][..7];
+            let predicted = |band: &Band| prediction.deviation(setup.area, setup.acceptance_bin, band.height);
+            let expected = part * bands.iter().map(predicted).sum::<f64>() / 7.0;
+            let mut measured = Estimate::mean_of_independent(bands.iter().map(|band| band.deviation));
             // Neighboring bands move together: allow for a fully shared error. The formula takes counts to be
             // Poisson, displacements uniform and the profile that of theory: a fifth of it is
             // allowed for that.
-            let error = (7.0 * squares).sqrt();
-            let measured = Estimate::new(measured, error);
+            measured.standard_error *= 7.0_f64.sqrt();
             if expected < 1.0 {
-                let reach = 4.0 * error + 0.2 * expected;
+                let reach = 4.0 * measured.standard_error + 0.2 * expected;
                 let claim = format!("P/(nTZ) − 1 predicted by counting noise ({expected:.3}): {setup}");
                 verdicts.between(FIGURE, &claim, measured, expected - reach, expected + reach);
             } else {
@@ -307,7 +304,7 @@ fn verdicts(
     let frozen =
         |scheme: SchemeChoice| scheme == SchemeChoice::Closure || scheme == SchemeChoice::SelfConsistent;
     for (setup, outcome) in runs.iter().filter(|(setup, _)| frozen(setup.scheme)) {
-        let off = |band: &run::Band| band.deviation.deviation_from(0.0).abs();
+        let off = |band: &Band| band.deviation.deviation_from(0.0).abs();
         let farthest = largest(outcome.bands[0].iter().map(off));
         let claim = format!("largest |P/(nTZ) − 1| of a band in standard errors, no bias: {setup}");
         verdicts.at_most(FIGURE, &claim, Estimate::exact(farthest), 4.0);

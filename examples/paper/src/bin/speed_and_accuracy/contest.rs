@@ -5,7 +5,7 @@ use crate::gradient::{Column, Route, Yield};
 use crate::pace::Pace;
 use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa};
 use gradient_mc::statistics::{Estimate, mean_of_replicas};
-use paper::accuracy::root_mean_square;
+use paper::accuracy::{median, root_mean_square};
 use paper::clock::cpu_seconds;
 use paper::homogeneous::{Homogeneous, Technique, finite_size};
 use paper::least_squares::least_squares;
@@ -342,14 +342,12 @@ impl Contest {
             for index in Task::SEVENTEEN.indices() {
                 let last: Vec<Estimate> =
                     replicas.iter().filter_map(|singles| Some(singles[index].last()?.factor)).collect();
-                let count = last.len() as f64;
-                let mean = last.iter().map(|factor| factor.mean).sum::<f64>() / count;
-                let squares = last.iter().map(|factor| factor.standard_error * factor.standard_error);
-                let blocking = squares.sum::<f64>().sqrt() / count;
-                let scatter =
-                    last.iter().map(|factor| (factor.mean - mean) * (factor.mean - mean)).sum::<f64>();
+                let Estimate { mean, standard_error: blocking, .. } =
+                    Estimate::mean_of_independent(last.iter().copied());
+                let means: Vec<f64> = last.iter().map(|factor| factor.mean).collect();
+                let scatter = mean_of_replicas(&means).map_or(f64::NAN, |mean| mean.standard_error);
                 // Blocks of a short run may be too short.
-                let error = blocking.max((scatter / (count * (count - 1.0))).sqrt());
+                let error = blocking.max(scatter);
                 let theory = ModifiedKolafa.compressibility_factor(packing_fraction(index));
                 let found = [(mean - theory).abs() / error, (mean / theory - 1.0).abs(), error / theory];
                 largest = [0, 1, 2].map(|part| f64::max(largest[part], found[part]));
@@ -384,11 +382,6 @@ impl Contest {
     pub(crate) fn columns(&self) -> impl Iterator<Item = (Column, usize)> {
         self.gradients.iter().map(|&(column, spheres, _)| (column, spheres))
     }
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 fn gradient_points(replicas: &[Vec<Yield>], route: Route, task: Task) -> Vec<Point> {

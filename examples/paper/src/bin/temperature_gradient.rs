@@ -34,7 +34,7 @@ use std::process::ExitCode;
 #[derive(clap::Args, Debug)]
 struct Arguments {
     /// Run until errors are below a quarter of a per cent (three to six minutes on two cores)
-    #[arg(long, visible_alias = "paper")]
+    #[arg(long)]
     full: bool,
 }
 

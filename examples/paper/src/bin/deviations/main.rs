@@ -38,10 +38,6 @@ struct Arguments {
     /// Also run the protocol of the paper in every system, with its base (two hours on two cores)
     #[arg(long)]
     paper: bool,
-    /// Side of the base of all runs, in diameters [default: 7, and 10.5 for the field of the paper;
-    /// with --paper: 25]
-    #[arg(long)]
-    width: Option<f64>,
 }
 
 /// Sides of the base: of the default runs, and of the paper.
@@ -88,9 +84,8 @@ fn main() -> ExitCode {
 type Key = (usize, Option<&'static str>);
 
 fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
-    let width = |default: f64| arguments.width.unwrap_or(default);
-    let cases = Case::all(width(WIDTHS[usize::from(arguments.paper)]))?;
-    let wide = Case::all(width(if arguments.paper { WIDTHS[1] } else { NOISY_WIDTH }))?;
+    let cases = Case::all(WIDTHS[usize::from(arguments.paper)])?;
+    let wide = Case::all(if arguments.paper { WIDTHS[1] } else { NOISY_WIDTH })?;
     let mut tasks: Vec<(Key, Run)> = Vec::new();
     for (index, (case, wide)) in cases.iter().zip(&wide).enumerate() {
         let seed = session.seed(1000 * index as u64);

@@ -21,10 +21,6 @@ pub(crate) struct Arguments {
     #[arg(long)]
     pub(crate) paper: bool,
 
-    /// Side of the square base of the fluid columns, in diameters [default: 8; with --paper: 25]
-    #[arg(long)]
-    pub(crate) width: Option<f64>,
-
     /// Base of a crystal in diameters, for example 8.6x9.4; may be given several times [default:
     /// 8.64x9.353; with --paper: 25x25]
     #[arg(long)]
@@ -186,8 +182,7 @@ impl Protocol {
 
     pub(crate) fn new(arguments: &Arguments, session: &Session) -> Result<Self, Failure> {
         let paper = arguments.paper;
-        let usual_width = if paper { 25.0 } else { session.choose(8.0, 4.0) };
-        let width = arguments.width.unwrap_or(usual_width);
+        let width = if paper { 25.0 } else { session.choose(8.0, 4.0) };
         let growth = arguments.growth.unwrap_or(if paper { Growth::Settling } else { Growth::Rising });
         let usual_growth = match growth {
             Growth::Settling => session.choose(500_000, 10_000),

@@ -35,9 +35,6 @@ struct Arguments {
     /// Also run the protocol of the paper with its base (three hours on two cores)
     #[arg(long)]
     paper: bool,
-    /// Side of the base, in diameters [default: 9; with --paper: 25]
-    #[arg(long)]
-    width: Option<f64>,
 }
 
 impl Arguments {
@@ -45,7 +42,7 @@ impl Arguments {
         let sweeps = |sweeps: u64| session.choose(sweeps, (sweeps / 30).max(400));
         if self.paper {
             Protocol {
-                width: self.width.unwrap_or(25.0),
+                width: 25.0,
                 replicas: 2,
                 equilibration: sweeps(2000),
                 sweeps: sweeps(6000),
@@ -54,7 +51,7 @@ impl Arguments {
             }
         } else {
             Protocol {
-                width: self.width.unwrap_or(9.0),
+                width: 9.0,
                 replicas: 2,
                 equilibration: sweeps(1500),
                 sweeps: sweeps(8000),

@@ -39,7 +39,7 @@ use std::process::ExitCode;
 struct Arguments {
     /// Run every scheme, base and bin width from both sides, each to half a per cent (half an hour
     /// on two cores)
-    #[arg(long, visible_alias = "paper")]
+    #[arg(long)]
     full: bool,
 }
 

@@ -56,16 +56,9 @@ struct Arguments {
     /// Only the reference runs; needs `--long`
     #[arg(long, requires = "long")]
     only_reference: bool,
-    /// Directory of the references [default: those compiled into the program]
-    #[arg(long)]
-    reference: Option<PathBuf>,
     /// CPU seconds of the longest run on the small base; twice as many on the full base
     #[arg(long, default_value_t = 1.5)]
     patience: f64,
-    /// CPU seconds of the longest gradient run for the equation of state, and of the seventeen
-    /// homogeneous runs together
-    #[arg(long, default_value_t = 4.0)]
-    gradient_patience: f64,
     /// Leave out the full base, for a quick overview
     #[arg(long)]
     small: bool,
@@ -76,6 +69,10 @@ struct Arguments {
     #[arg(long, default_value_t = 0.005)]
     target: f64,
 }
+
+/// CPU seconds of the longest gradient run for the equation of state, and of the seventeen
+/// homogeneous runs together.
+const GRADIENT_PATIENCE: f64 = 4.0;
 
 fn main() -> ExitCode {
     study::main("speed_and_accuracy", run)
@@ -103,7 +100,7 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
         points.push(own);
     }
     let pace = pace::measure(session.seed)?;
-    let contest = Contest::run(session, session.choose(arguments.gradient_patience, 0.2), &pace)?;
+    let contest = Contest::run(session, session.choose(GRADIENT_PATIENCE, 0.2), &pace)?;
     let all: Vec<Data<'_>> = System::ALL
         .into_iter()
         .zip(&points)
@@ -125,10 +122,11 @@ fn stored(session: &Session) -> PathBuf {
 }
 
 fn references(arguments: &Arguments, session: &Session) -> Result<Vec<Reference>, Failure> {
-    let new = arguments.long.then(|| stored(session));
-    match arguments.reference.as_ref().or(new.as_ref()) {
-        Some(directory) => System::ALL.into_iter().map(|system| Reference::read(system, directory)).collect(),
-        None => System::ALL.into_iter().map(Reference::stored).collect(),
+    if arguments.long {
+        let directory = stored(session);
+        System::ALL.into_iter().map(|system| Reference::read(system, &directory)).collect()
+    } else {
+        System::ALL.into_iter().map(Reference::stored).collect()
     }
 }
 

@@ -26,7 +26,9 @@ fuzz_target!(|bytes: &[u8]| {
                 assert!(frame.positions().iter().flatten().all(|coordinate| coordinate.is_finite()));
                 let mut generator = Generator::new(1);
                 let placed = frame.place(&SCENE.as_any(), &mut generator);
-                assert!(placed.is_err() || placed.is_ok_and(|placed| placed.len() == frame.positions().len()));
+                assert!(
+                    placed.is_err() || placed.is_ok_and(|placed| placed.len() == frame.positions().len())
+                );
             }
             Err(error) => assert!(!error.to_string().is_empty()),
         }

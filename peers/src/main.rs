@@ -64,7 +64,10 @@ fn sequential(state: &State, positions: &[[f64; 3]], arguments: &Arguments) -> R
     let [ours, cube, ball] = &outcomes[..] else { unreachable!("three engines have three outcomes") };
     println!("  gradient-mc / hoomd-mc: {:.2} (cube), {:.2} (ball)", ours.over(cube), ours.over(ball));
     let difference = ours.acceptance_inside() / cube.acceptance() - 1.0;
-    println!("  acceptances of the same trials (cube), without those that leave a domain, differ by {:+.2} %", 100.0 * difference);
+    println!(
+        "  acceptances of the same trials (cube), without those that leave a domain, differ by {:+.2} %",
+        100.0 * difference
+    );
     if difference.abs() > TOLERANCE {
         return Err(format!("{}: the engines do not simulate the same thing", state.name).into());
     }

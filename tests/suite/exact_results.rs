@@ -3,9 +3,9 @@
 
 use crate::common::exact::{
     TWO_SPHERES_MEAN, TWO_SPHERES_VARIANCE, agrees, center_of_mass, contact_density, ideal_gas_mean,
-    mean_height, misses,
+    mean_height,
 };
-use gradient_mc::drive::{Drive, EquationOfStateClosure, Scheme, SelfConsistent};
+use gradient_mc::drive::{EquationOfStateClosure, SelfConsistent};
 use gradient_mc::equation_of_state::IdealGas;
 use gradient_mc::field::{ExponentialField, LinearField, SumField, UniformField};
 use gradient_mc::moves::LocalMoves;
@@ -13,8 +13,7 @@ use gradient_mc::observers::{Bins, CenterOfMass, DensityProfile};
 use gradient_mc::start::RandomInsertion;
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
-use gradient_mc::{Error, Every, Field, Scene, Simulation, SimulationBuilder, Slab, TemperatureProfile};
-use std::cmp::Ordering;
+use gradient_mc::{Every, Field, Scene, Simulation, SimulationBuilder, Slab, TemperatureProfile};
 
 /// One sphere, which has the profile n ∝ exp(−u): the drive is all there is.
 fn one_sphere<F: Field, T: TemperatureProfile>(
@@ -73,70 +72,6 @@ fn one_sphere_where_both_fields_vary() {
     let heights = center_of_mass(builder.build().unwrap(), 3_000_000, 10);
     let exact = ideal_gas_mean(height, base, alpha, beta);
     agrees("closure", heights.estimate().unwrap(), exact, 0.02).unwrap();
-}
-
-/// T(x) put straight into the Metropolis rule: u = φ/T(x). It even obeys detailed balance, for the
-/// wrong profile.
-#[derive(Debug, Clone, Copy)]
-struct TemperaturePutStraightIn;
-
-impl<F: Field, T: TemperatureProfile> Drive<F, T> for TemperaturePutStraightIn {
-    fn reduced_potential(&self, scene: &Scene<F, T>, height: f64) -> f64 {
-        scene.field().potential(height) / scene.temperature().temperature(height)
-    }
-}
-
-/// Equation (31) as printed for a = 1, ideal gas: the sign and the prefactor of the second term
-/// wrong.
-#[derive(Debug, Clone, Copy)]
-struct EquationAsPrinted {
-    base: f64,
-    beta: f64,
-}
-
-impl<F: Field, T: TemperatureProfile> Drive<F, T> for EquationAsPrinted {
-    fn reduced_potential(&self, _: &Scene<F, T>, height: f64) -> f64 {
-        // W/n = T(x) = T0 exp(-beta x) for the ideal gas, so the double integral is T0 x.
-        let Self { base, beta } = *self;
-        (beta * height).exp_m1() / (beta * base) + base * height / (beta * base)
-    }
-}
-
-/// The rules themselves are their schemes.
-macro_rules! scheme_of_itself {
-    ($($rule:ty),+) => {$(
-        impl<F: Field, T: TemperatureProfile> Scheme<F, T> for $rule {
-            type Drive = Self;
-    type Adaptation = ();
-            fn drive(self, _: &Scene<F, T>) -> Result<(Self, ()), Error> {
-                Ok((self, ()))
-            }
-        }
-    )+};
-}
-scheme_of_itself!(TemperaturePutStraightIn, EquationAsPrinted);
-
-#[test]
-fn wrong_rules_miss_the_ideal_gas_in_a_temperature_gradient() {
-    let (base, beta, height) = (6.0, 0.05, 50.0);
-    let exact = ideal_gas_mean(height, base, 0.0, beta);
-    let builder = || {
-        let temperature = ExponentialTemperature::new(base, beta).unwrap();
-        one_sphere(height, UniformField::default(), temperature)
-    };
-    let mean = |heights: CenterOfMass| heights.estimate().unwrap();
-
-    let right = builder().scheme(EquationOfStateClosure::new(IdealGas)).build().unwrap();
-    agrees("closure", mean(center_of_mass(right, 2_000_000, 10)), exact, 0.03).unwrap();
-
-    // Both press the sphere down.
-    let straight = builder().scheme(TemperaturePutStraightIn).build().unwrap();
-    let straight = mean(center_of_mass(straight, 2_000_000, 10));
-    misses("T(x) put straight in", straight, exact, 0.03, Ordering::Less).unwrap();
-
-    let printed = builder().scheme(EquationAsPrinted { base, beta }).build().unwrap();
-    let printed = mean(center_of_mass(printed, 2_000_000, 10));
-    misses("(31) as printed", printed, exact, 0.03, Ordering::Less).unwrap();
 }
 
 #[test]

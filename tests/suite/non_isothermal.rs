@@ -165,10 +165,6 @@ fn what_follows_every_configuration_is_never_certified() {
         panic!("{certificate}");
     };
     assert_eq!(suggestion, Suggestion::FreezeTheField);
-    for tolerance in [f64::NAN, 0.0] {
-        let refused = simulation.certificate(tolerance);
-        assert!(matches!(refused, Err(Error::InvalidParameter { .. })), "{refused:?}");
-    }
 }
 
 /// A scene from two starts: it is certified, P is n T Z in the ranges given, and both starts meet.
@@ -229,14 +225,6 @@ fn field_and_temperature_both_vary() {
     let temperature = ExponentialTemperature::new(12.0, 0.02).unwrap();
     let scene = Scene::new(slab, 720, field, temperature).unwrap();
     general(scene, &[[8.0, 14.0], [14.0, 20.0]], 0.025, &ClosePacked, &RandomInsertion::default());
-}
-
-#[test]
-fn temperature_rises_with_height() {
-    let slab = Slab::new(150.0, 6.0, 6.0).unwrap();
-    let temperature = ExponentialTemperature::new(5.0, -0.01).unwrap();
-    let scene = Scene::new(slab, 720, UniformField::default(), temperature).unwrap();
-    general(scene, &[[8.0, 13.0], [13.0, 20.0]], 0.025, &ClosePacked, &RandomInsertion::default());
 }
 
 #[test]
@@ -322,12 +310,12 @@ proptest! {
     }
 }
 
-/// Temperatures that fall by a tenth to a third of themselves over a diameter: nobody's equation of
+/// Temperatures that fall by a fifth and a third of themselves over a diameter: nobody's equation of
 /// state is good there, so the field has to come from the measurement. An independent iteration has
 /// n = 0.821(5) at 0.55 for β = 0.2.
 #[test]
 fn steep_temperatures_are_measured() {
-    for (decay_rate, density) in [(0.1, None), (0.2, Some(Estimate::new(0.821, 0.005))), (0.3, None)] {
+    for (decay_rate, density) in [(0.2, Some(Estimate::new(0.821, 0.005))), (0.3, None)] {
         let slab = Slab::new(40.0, 6.0, 6.0).unwrap();
         let temperature = ExponentialTemperature::new(6.0, decay_rate).unwrap();
         let scene = Scene::new(slab, 180, UniformField::default(), temperature).unwrap();

@@ -1,15 +1,15 @@
 //! Every failure described in `docs/stability.md`, in a small scene: its warning or error must be
 //! given.
 //!
-//! The single variants of `Warning`, and good runs without warnings, are in `warnings.rs`; the
-//! cases here are those of the maps of the study `stability`.
+//! The cases are those of the maps of the study `stability`. Warnings of other scenes, and good runs
+//! without warnings, are in `warnings.rs`.
 
 use gradient_mc::drive::{
     Automatic, AveragedThenFrozen, Drive, EquationOfStateClosure, Instantaneous, RunningAverage, Scheme,
     SelfConsistent,
 };
 use gradient_mc::equation_of_state::{
-    CarnahanStarling, EquationOfState, FluidSolid, IdealGas, ModifiedKolafa, PercusYevickCompressibility,
+    CarnahanStarling, EquationOfState, IdealGas, ModifiedKolafa, PercusYevickCompressibility,
     PercusYevickVirial,
 };
 use gradient_mc::field::{ExponentialField, FieldFn, UniformField};
@@ -100,25 +100,26 @@ fn local_moves_too_small_and_too_large() {
     // Too small: where it started, with an error bar that knows nothing of it.
     let stuck = run(column(6.0), Automatic, RandomInsertion::default(), local(0.03), [500, 1000]);
     assert!(stuck.center_of_mass > 50.0, "{}", stuck.center_of_mass);
-    stuck.must(not_mixed).must(far_from_theory);
+    stuck.must(not_mixed).must(|warning| {
+        matches!(warning, Warning::FarFromTheory { center_of_mass, theory, .. }
+            if center_of_mass.mean > 1.5 * theory && center_of_mass.standard_error < 0.3)
+    });
     // The paper's size: on its way.
     let slow = run(column(6.0), Automatic, RandomInsertion::default(), local(0.75), [500, 1000]);
-    slow.must(|warning| matches!(warning, Warning::NotMixed { evidence: MixingEvidence::Drift { .. }, .. }));
+    slow.must(|warning| {
+        matches!(warning, Warning::NotMixed { evidence: MixingEvidence::Drift { drift, .. }, .. }
+            if drift.mean < -1.0)
+    });
     // From the theory's profile, where nothing drifts and the error bar is smallest where it is most
     // wrong.
     let quiet = run(column(1.5), Automatic, Theory, local(0.01), [500, 2000]);
-    quiet.must(not_mixed);
+    quiet.must(not_mixed).must_not(|warning| matches!(warning, Warning::LowAcceptance { .. }));
     // Too large for the base.
     let large = run(column(1.5), Automatic, Theory, local(2.5), [500, 1500]);
-    large.must(
-        |warning| matches!(warning, Warning::LowAcceptance { lowest_height, .. } if *lowest_height < 3.0),
-    );
-    // Larger than that is refused.
-    let refused = Simulation::builder(column(1.5)).moves(local(3.0)).build().map(|_| ());
-    assert!(
-        matches!(refused, Err(Error::InvalidParameter { name: "maximum displacement", .. })),
-        "{refused:?}"
-    );
+    large.must(|warning| {
+        matches!(warning, Warning::LowAcceptance { lowest_height, highest_height, acceptance, share, .. }
+            if *lowest_height < 3.0 && *highest_height < 20.0 && *acceptance < 0.02 && *share > 0.1)
+    });
 }
 
 #[test]
@@ -164,8 +165,12 @@ fn chains_among_spheres_that_touch() {
 #[test]
 fn boxes_too_narrow_and_lids_too_low() {
     let narrow = scene(60.0, 3.0, UniformField::default(), Isothermal::new(1.5).unwrap());
-    run(narrow, Automatic, Theory, EventChains::default(), [10, 300])
-        .must(|warning| matches!(warning, Warning::NarrowBox { width: 3.0, .. }));
+    run(narrow, Automatic, Theory, EventChains::default(), [10, 300]).must(|warning| {
+        matches!(warning, Warning::NarrowBox { width: 3.0, packing_fraction, .. } if *packing_fraction > 0.4)
+    });
+    let wider = scene(60.0, 3.6, UniformField::default(), Isothermal::new(1.5).unwrap());
+    run(wider, Automatic, Theory, EventChains::default(), [10, 300])
+        .must_not(|warning| matches!(warning, Warning::NarrowBox { .. }));
     let low = scene(21.0, 5.0, UniformField::default(), Isothermal::new(6.0).unwrap());
     run(low, Automatic, Theory, EventChains::default(), [10, 300]).must(|warning| {
         matches!(warning, Warning::LidTooLow { lid: 21.0, pressure_ratio, .. } if *pressure_ratio > 0.01)
@@ -194,18 +199,6 @@ fn columns_that_freeze() {
     for said in [&above, &below] {
         said.must(metastable).must(|warning| matches!(warning, Warning::BoxIncommensurate { .. }));
     }
-    // The solver finds the front between fluid and solid, also where ln P falls by less than its
-    // rounding over the narrowest panel.
-    for rate in [0.02, 0.07, 0.1, 0.2] {
-        let column = Hydrostatics::new(
-            ExponentialField::new(rate).unwrap(),
-            Isothermal::new(20.0).unwrap(),
-            FluidSolid::default(),
-        );
-        let profile = column.between_walls(&Slab::new(140.0, 5.0, 5.0).unwrap(), 40.0).unwrap();
-        assert!((profile.column_density() - 40.0).abs() < 1e-9, "{rate}: {}", profile.column_density());
-        assert_eq!(profile.base_packing_fraction() > 0.54, rate > 0.05, "{rate}");
-    }
     // A field that grows with height, and a temperature that falls.
     let field = ExponentialField::new(0.25).unwrap();
     let field = scene(60.0, 5.0, field, Isothermal::new(6.0).unwrap());
@@ -223,8 +216,12 @@ fn cooling() -> Scene<UniformField, ExponentialTemperature> {
 
 #[test]
 fn feedback_that_is_wrong() {
-    let counting = |warning: &Warning| matches!(warning, Warning::CountingNoise { .. });
-    let changing = |warning: &Warning| matches!(warning, Warning::ChangesWhileMeasuring { .. });
+    let counting = |warning: &Warning| {
+        matches!(warning, Warning::CountingNoise { spheres_per_bin, pressure_deviation, .. }
+            if *spheres_per_bin < 10.0 && *pressure_deviation > 0.05)
+    };
+    let changing =
+        |warning: &Warning| matches!(warning, Warning::ChangesWhileMeasuring { changes: 1000, .. });
     let chains = EventChains::default();
     let said = run(cooling(), Instantaneous::new(0.2).unwrap(), Theory, local(0.75), [500, 1000]);
     said.must(counting).must(changing).must(feedback);
@@ -245,7 +242,9 @@ fn feedback_that_is_wrong() {
     // The default, long enough: the balance is known to 0.4 to 1.3 % for eight seeds, where 2.5 % are
     // asked.
     let said = run(cooling(), SelfConsistent::default(), Theory, chains, [8000, 8000]);
-    said.must_not(counting).must_not(changing).must_not(feedback);
+    said.must_not(feedback).must_not(|warning| {
+        matches!(warning, Warning::CountingNoise { .. } | Warning::ChangesWhileMeasuring { .. })
+    });
 }
 
 /// P and n of a cold column in bins of a width.
@@ -266,19 +265,26 @@ fn profile(bin_width: f64) -> EquationOfStateProfile {
 #[test]
 fn bins_that_see_nothing_or_too_much() {
     let scene = column(1.5);
-    let mut fine =
-        Every::new(5, DensityProfile::new(scene.slab(), Bins::count(6000).from(2.0).to(20.0)).unwrap());
-    let mut coarse =
-        Every::new(5, DensityProfile::new(scene.slab(), Bins::count(36).from(2.0).to(20.0)).unwrap());
-    let mut simulation = Simulation::builder(scene).moves(EventChains::default()).build().unwrap();
-    simulation.equilibrate(200, &mut ()).unwrap();
-    simulation.run(400, &mut (&mut fine, &mut coarse)).unwrap();
-    let said = fine.observer.warnings();
-    assert!(
-        said.iter().any(|warning| matches!(warning, Warning::ThinBins { .. } | Warning::EmptyBins { .. })),
-        "{said:?}"
-    );
-    assert!(coarse.observer.warnings().is_empty(), "{:?}", coarse.observer.warnings());
+    let slab = *scene.slab();
+    // Bins of about a hundredth of a diameter, seen twenty times.
+    let mut narrow = DensityProfile::new(&slab, Bins::count(10_000)).unwrap();
+    let mut states = EquationOfStateProfile::new(&slab, Bins::count(10_000)).unwrap();
+    Simulation::builder(scene).build().unwrap().run(20, &mut (&mut narrow, &mut states)).unwrap();
+    for warnings in [narrow.warnings(), states.warnings()] {
+        let empty = |warning: &Warning| {
+            matches!(warning, Warning::EmptyBins { bins, lowest_height, highest_height, .. }
+                if *bins > 10 && *lowest_height > 0.5 && *highest_height < 40.0)
+        };
+        let thin =
+            |warning: &Warning| matches!(warning, Warning::ThinBins { bins, blocks: 1, .. } if *bins > 100);
+        assert!(warnings.iter().any(empty) && warnings.iter().any(thin), "{warnings:?}");
+    }
+    // Nothing seen at all: every bin in which a center can be.
+    let unused = DensityProfile::new(&slab, Bins::count(120)).unwrap().warnings();
+    let [Warning::EmptyBins { bins: 120, lowest_height, highest_height, .. }] = unused[..] else {
+        panic!("{unused:?}")
+    };
+    assert!((lowest_height - 0.5).abs() < 1e-12 && (highest_height - 119.5).abs() < 1e-12);
     // Five diameters, in which the density falls by a factor: P/(nT) of the mean is not that of any
     // height.
     let [wide, fit] = [5.0, 0.5].map(|width| profile(width).warnings());

@@ -205,9 +205,8 @@ fn crystals_under_their_weight_keep_their_stacking() {
             assert!(spacing.mean > 0.84 && spacing.mean < 0.91 && spacing.standard_error < 0.01, "{spacing}");
             assert!((spheres.mean - 64.0 / slab.base_area()).abs() < 0.01, "{spheres}");
         }
-        let rise = layers[7].spacing.mean - layers[2].spacing.mean;
-        let error = layers[7].spacing.standard_error.hypot(layers[2].spacing.standard_error);
-        assert!(rise > 4.0 * error, "{rise} ± {error}");
+        let rise = layers[7].spacing.minus_independent(layers[2].spacing);
+        assert!(rise.deviation_from(0.0) > 4.0, "{rise}");
 
         // The first layer is a hexagonal lattice.
         let points = distribution.points().unwrap();
@@ -253,9 +252,7 @@ fn relaxation_of_a_column_is_found() {
     };
     let (high, near) = (heights(true), heights(false));
     let reference = near.equilibrated().unwrap().estimate().unwrap();
-    let differs = |estimate: Estimate| {
-        (estimate.mean - reference.mean) / estimate.standard_error.hypot(reference.standard_error)
-    };
+    let differs = |estimate: Estimate| estimate.minus_independent(reference).deviation_from(0.0);
     let found = high.equilibration().unwrap();
     println!("{found:?}");
     assert!(found.start > 30 && found.start < 6000, "{found:?}");

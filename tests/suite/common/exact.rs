@@ -4,7 +4,6 @@ use gradient_mc::drive::Scheme;
 use gradient_mc::observers::CenterOfMass;
 use gradient_mc::statistics::Estimate;
 use gradient_mc::{Every, Field, Simulation, TemperatureProfile};
-use std::cmp::Ordering;
 
 /// Whether an estimate agrees with an exact value: 4 standard errors, the error bar capped.
 pub fn agrees(what: &str, estimate: Estimate, exact: f64, largest_error: f64) -> Result<(), String> {
@@ -16,25 +15,6 @@ pub fn agrees(what: &str, estimate: Estimate, exact: f64, largest_error: f64) ->
         Err(format!("{what}: {estimate} against {exact}, {:.1} sigma", deviation / estimate.standard_error))
     } else {
         Ok(())
-    }
-}
-
-/// Whether an estimate of a rule that is wrong is off as the rule says: its error bar as good as
-/// [`agrees`] demands, and the exact value missed by more than 4 standard errors on that side.
-pub fn misses(
-    what: &str,
-    estimate: Estimate,
-    exact: f64,
-    largest_error: f64,
-    side: Ordering,
-) -> Result<(), String> {
-    let deviation = estimate.deviation_from(exact);
-    if !(estimate.standard_error > 0.0 && estimate.standard_error <= largest_error) {
-        Err(format!("{what}: error bar {:e} is not in (0, {largest_error:e}]", estimate.standard_error))
-    } else if deviation.abs() > 4.0 && deviation.total_cmp(&0.0) == side {
-        Ok(())
-    } else {
-        Err(format!("{what}: {estimate} against {exact}, {deviation:.1} sigma, is not {side:?}"))
     }
 }
 

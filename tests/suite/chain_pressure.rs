@@ -1,6 +1,7 @@
 //! The pressure from event chains, compared with the weight of the column, which is independent of
 //! it, and with the equation of state.
 
+use crate::common::exact::meet;
 use gradient_mc::drive::{Automatic, EquationOfStateClosure, Scheme};
 use gradient_mc::equation_of_state::{EquationOfState, ModifiedKolafa, number_density};
 use gradient_mc::field::UniformField;
@@ -9,27 +10,6 @@ use gradient_mc::observers::{Bins, ChainPressureProfile, DensityProfile, Pressur
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal};
 use gradient_mc::{Every, Field, Scene, Simulation, Slab, TemperatureProfile};
-
-/// Joint standard errors, of less than a share `cap` of what is expected, between `measured` and
-/// `expected`.
-fn deviation(what: &str, measured: Estimate, expected: Estimate, cap: f64) -> f64 {
-    let error = measured.standard_error.hypot(expected.standard_error);
-    // A NaN fails the comparison too.
-    assert!(
-        error > 0.0 && error < cap * expected.mean,
-        "{what}: error {error} of {expected} is above the cap"
-    );
-    (measured.mean - expected.mean) / error
-}
-
-#[track_caller]
-fn agree(what: &str, measured: Estimate, expected: Estimate, cap: f64) {
-    let deviation = deviation(what, measured, expected, cap);
-    assert!(
-        deviation.abs() < 4.0,
-        "{what}: {measured} from chains, {expected} expected, {deviation:.1} sigma"
-    );
-}
 
 /// Normal and lateral pressure from chains, and the weight of the column.
 fn column<T, S>(temperature: T, scheme: S) -> (Vec<[Estimate; 2]>, Vec<Estimate>)
@@ -54,11 +34,13 @@ where
 fn normal_pressure_carries_the_weight_layers_included() {
     let (chains, weights) = column(Isothermal::new(5.0).unwrap(), Automatic);
     for (bin, ([normal, _], weight)) in chains.iter().zip(&weights).enumerate() {
-        agree(&format!("bin {bin}"), *normal, *weight, 0.01);
+        meet(&format!("bin {bin}"), *normal, *weight, 0.01).unwrap();
     }
     // The lateral pressure does not, where the spheres are layered: the check would notice.
-    let lateral = |bin: usize| deviation("lateral", chains[bin][1], weights[bin], 0.03);
-    let lateral: Vec<f64> = (0..weights.len()).map(lateral).collect();
+    let lateral = chains.iter().zip(&weights);
+    let lateral: Vec<f64> = lateral
+        .map(|([_, lateral], weight)| lateral.minus_independent(*weight).deviation_from(0.0))
+        .collect();
     println!("{lateral:.1?}");
     assert!(lateral[0] > 4.0 && lateral[1] < -4.0 && lateral[2] > 4.0, "{lateral:.1?}");
 }
@@ -71,7 +53,7 @@ fn normal_pressure_of_a_column_in_a_temperature_gradient() {
     let (chains, weights) = column(temperature, EquationOfStateClosure::default());
     for (bin, ([normal, _], weight)) in chains.iter().zip(&weights).enumerate().skip(8) {
         let slack = Estimate::new(weight.mean, weight.standard_error.hypot(0.005 * weight.mean));
-        agree(&format!("bin {bin}"), *normal, slack, 0.015);
+        meet(&format!("bin {bin}"), *normal, slack, 0.015).unwrap();
     }
 }
 
@@ -99,6 +81,6 @@ fn pressure_of_a_homogeneous_fluid_is_that_of_its_equation_of_state() {
     let slope = 1.0 + ModifiedKolafa.compressibility_derivative(eta) / factor;
     let error = expected * slope * density.number_density.standard_error / density.number_density.mean;
     let expected = Estimate::new(expected, error);
-    agree("normal", point.normal, expected, 0.008);
-    agree("lateral", point.lateral, expected, 0.008);
+    meet("normal", point.normal, expected, 0.008).unwrap();
+    meet("lateral", point.lateral, expected, 0.008).unwrap();
 }

@@ -5,7 +5,7 @@
 
 use crate::common::exact::{
     TWO_SPHERES_MEAN, TWO_SPHERES_VARIANCE, agrees, center_of_mass, contact_density, ideal_gas_mean,
-    mean_height,
+    mean_height, meet,
 };
 use crate::common::scenes::FieldCase;
 use gradient_mc::drive::{Automatic, Drive, EquationOfStateClosure, Scheme, SelfConsistent};
@@ -198,9 +198,7 @@ impl<T: TemperatureProfile + Copy> Column<T> {
         let (heights, bands, contact, weight) = observers.observer;
         let contact = contact.jackknife(|bins| [contact_density(bins)]).unwrap()[0];
         let expected = weight.averages.estimates().unwrap()[0];
-        let joint = contact.standard_error.hypot(expected.standard_error);
-        let cap = self.contact_cap * expected.mean;
-        agrees("contact theorem", Estimate::new(contact.mean, joint), expected.mean, cap)?;
+        meet("contact theorem", contact, expected, self.contact_cap)?;
         let mut values = vec![contact, heights.estimate().unwrap()];
         values.extend(bands.points().unwrap().iter().map(|point| point.number_density));
         Ok(values)
@@ -226,8 +224,7 @@ impl<T: TemperatureProfile + Copy> Column<T> {
 /// Two runs agree within 4 joint errors in every item, errors of at most `cap` included.
 fn agree(first: &[Estimate], second: &[Estimate], cap: f64) -> Result<(), String> {
     for (item, (a, b)) in first.iter().zip(second).enumerate() {
-        let joint = a.standard_error.hypot(b.standard_error);
-        agrees(&format!("item {item}"), Estimate::new(a.mean, joint), b.mean, cap * b.mean)?;
+        meet(&format!("item {item}"), *a, *b, cap)?;
     }
     Ok(())
 }

@@ -1,5 +1,6 @@
 //! Unusual or wrong inputs: the result is right, or an error tells the reason.
 
+use crate::common::exact::agrees;
 use gradient_mc::drive::SelfConsistent;
 use gradient_mc::field::UniformField;
 use gradient_mc::moves::EventChains;
@@ -11,12 +12,6 @@ use gradient_mc::start::Positions;
 use gradient_mc::statistics::Estimate;
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal, LinearTemperature};
 use gradient_mc::{Error, Merge, Scene, Simulation, Slab};
-
-fn agrees(measured: Estimate, expected: f64, cap: f64) -> bool {
-    measured.standard_error > 0.0
-        && measured.standard_error < cap * expected
-        && (measured.mean - expected).abs() < 4.0 * measured.standard_error
-}
 
 /// A run that goes on from positions counts its sweeps anew, and takes observers of its own.
 #[test]
@@ -129,11 +124,11 @@ fn chain_pressures(bins: usize) -> Vec<(Estimate, f64)> {
 #[test]
 fn chain_pressure_at_a_wall_is_the_weight() {
     let (pressure, weight) = chain_pressures(60)[0];
-    assert!(agrees(pressure, weight, 0.02), "{pressure} where the weight is {weight}");
+    agrees("pressure at the wall", pressure, weight, 0.02 * weight).unwrap();
     let halves = chain_pressures(120);
     assert!(halves[0].0.mean.is_nan(), "{}", halves[0].0);
     let (pressure, weight) = halves[1];
-    assert!(agrees(pressure, weight, 0.02), "{pressure} where the weight is {weight}");
+    agrees("pressure at the wall", pressure, weight, 0.02 * weight).unwrap();
 }
 
 /// One bin has what many narrow ones have on average, however much the temperature changes within
@@ -339,8 +334,8 @@ fn chains_in_steep_fields_are_right() {
     simulation.equilibrate(1000, &mut ()).unwrap();
     simulation.run(10_000, &mut center).unwrap();
     let height = center.estimate().unwrap();
-    let risen = Estimate::new(height.mean - 0.5, height.standard_error);
-    assert!(agrees(risen, temperature, 0.05), "{risen} instead of {temperature}");
+    let risen = height - 0.5;
+    agrees("risen", risen, temperature, 0.05 * temperature).unwrap();
 }
 
 /// Lengths and radii so small that a sweep, or a search, would not end.

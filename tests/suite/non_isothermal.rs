@@ -1,6 +1,7 @@
 //! Varying temperatures: the default scheme is accurate, and wrong or unconverged fields are
 //! detected.
 
+use crate::common::exact::meet;
 use crate::common::wrong_rules::{EquationThirtyOneAsPrinted, TemperatureInMetropolis};
 use gradient_mc::drive::{
     Adaptation, AveragedThenFrozen, Convergence, Drive, EquationOfStateClosure, Instantaneous, MeasuredShare,
@@ -212,9 +213,7 @@ fn general<F, T>(
     let low = side(lowest.place(&scene.as_any(), &mut generator).unwrap(), 31);
     let high = side(highest.place(&scene.as_any(), &mut generator).unwrap(), 32);
     for (low, high) in low.iter().zip(&high) {
-        let error = low.standard_error.hypot(high.standard_error);
-        assert!((low.mean - high.mean).abs() < 4.0 * error, "{low} from below, {high} from above");
-        assert!(error < 0.02 * low.mean, "{low} from below, {high} from above");
+        meet("from above", *high, *low, 0.02).unwrap();
     }
 }
 
@@ -332,8 +331,7 @@ fn steep_temperatures_are_measured() {
         assert!(residual.mean.abs() < 0.03 && residual.standard_error < 0.01, "{decay_rate}: {certificate}");
         if let Some(expected) = density {
             let found = layer.observer.points().unwrap()[0].number_density;
-            let error = found.standard_error.hypot(expected.standard_error);
-            assert!(error < 0.012 && (found.mean - expected.mean).abs() < 4.0 * error, "{found}");
+            meet("contact layer", found, expected, 0.0146).unwrap();
         }
     }
 }

@@ -18,6 +18,13 @@ pub fn agrees(what: &str, estimate: Estimate, exact: f64, largest_error: f64) ->
     }
 }
 
+/// Whether two independent estimates agree: 4 joint standard errors, these at most a share `cap` of
+/// the second.
+pub fn meet(what: &str, first: Estimate, second: Estimate, cap: f64) -> Result<(), String> {
+    let joint = first.minus_independent(second).standard_error;
+    agrees(what, Estimate::new(first.mean, joint), second.mean, cap * second.mean)
+}
+
 /// Mean height of a density given up to a factor, over the heights of a center, by Simpson's rule.
 pub fn mean_height(height: f64, density: impl Fn(f64) -> f64) -> f64 {
     let (low, high, panels) = (0.5, height - 0.5, 20_000);

@@ -165,10 +165,8 @@ impl BalancedDensityProfile {
 impl Merge for BalancedDensityProfile {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;
-        self.run.require_same_scene(&other.run)?;
-        self.averages.merge(&other.averages)?;
+        self.run.pool(&mut self.averages, &other.run, &other.averages)?;
         self.particles = self.particles.max(other.particles);
-        self.run.join(&other.run);
         Ok(())
     }
 }

@@ -167,9 +167,7 @@ impl ChainPressureProfile {
 impl Merge for ChainPressureProfile {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;
-        self.run.require_same_scene(&other.run)?;
-        self.averages.merge(&other.averages)?;
-        self.run.join(&other.run);
+        self.run.pool(&mut self.averages, &other.run, &other.averages)?;
         if self.temperatures.is_empty() {
             self.temperatures.clone_from(&other.temperatures);
             self.particles = other.particles;

@@ -117,10 +117,7 @@ fn finite_or_nan(ratio: f64) -> f64 {
 impl Merge for DisplacementProfile {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;
-        self.run.require_same_scene(&other.run)?;
-        self.averages.merge(&other.averages)?;
-        self.run.join(&other.run);
-        Ok(())
+        self.run.pool(&mut self.averages, &other.run, &other.averages)
     }
 }
 

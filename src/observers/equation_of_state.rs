@@ -317,9 +317,7 @@ impl EquationOfStateProfile {
 impl Merge for EquationOfStateProfile {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;
-        self.run.require_same_scene(&other.run)?;
-        self.averages.merge(&other.averages)?;
-        self.run.join(&other.run);
+        self.run.pool(&mut self.averages, &other.run, &other.averages)?;
         self.open_end.join(&other.open_end);
         if self.temperatures.is_empty() {
             self.temperatures.clone_from(&other.temperatures);

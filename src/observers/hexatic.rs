@@ -84,10 +84,7 @@ impl Merge for HexaticOrder {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.heights.require_same(&other.heights)?;
         super::require_same_radius(&self.neighbors, &other.neighbors)?;
-        self.run.require_same_scene(&other.run)?;
-        self.averages.merge(&other.averages)?;
-        self.run.join(&other.run);
-        Ok(())
+        self.run.pool(&mut self.averages, &other.run, &other.averages)
     }
 }
 

@@ -118,10 +118,7 @@ impl NeighborAngles {
 impl Merge for NeighborAngles {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.heights.require_same(&other.heights)?;
-        self.run.require_same_scene(&other.run)?;
-        self.averages.merge(&other.averages)?;
-        self.run.join(&other.run);
-        Ok(())
+        self.run.pool(&mut self.averages, &other.run, &other.averages)
     }
 }
 

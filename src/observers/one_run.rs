@@ -1,6 +1,7 @@
 //! The check that an observer samples one run only.
 
-use crate::{Error, Frame, Slab};
+use crate::statistics::BlockAverages;
+use crate::{Error, Frame, Merge as _, Slab};
 
 /// Number of heights, unevenly spaced, at which field and temperature are compared.
 const PROBES: usize = 8;
@@ -109,6 +110,19 @@ impl OneRun {
                 Err(Error::InvalidParameter { name, value, requirement })
             }
         }
+    }
+
+    /// Merges the averages of a replica, which must be of the same scene.
+    pub(super) fn pool(
+        &mut self,
+        averages: &mut BlockAverages,
+        other: &Self,
+        others: &BlockAverages,
+    ) -> Result<(), Error> {
+        self.require_same_scene(other)?;
+        averages.merge(others)?;
+        self.join(other);
+        Ok(())
     }
 
     /// Merges the record of a replica. An observer without frames takes over its scene.

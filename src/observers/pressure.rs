@@ -126,9 +126,7 @@ impl PressureProfile {
 impl Merge for PressureProfile {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;
-        self.run.require_same_scene(&other.run)?;
-        self.averages.merge(&other.averages)?;
-        self.run.join(&other.run);
+        self.run.pool(&mut self.averages, &other.run, &other.averages)?;
         self.open_end.join(&other.open_end);
         Ok(())
     }

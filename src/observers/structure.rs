@@ -168,10 +168,7 @@ fn point(height: f64, values: &[Estimate]) -> StructurePoint {
 impl Merge for StructureProfile {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.bins.require_same(&other.bins)?;
-        self.run.require_same_scene(&other.run)?;
-        self.averages.merge(&other.averages)?;
-        self.run.join(&other.run);
-        Ok(())
+        self.run.pool(&mut self.averages, &other.run, &other.averages)
     }
 }
 

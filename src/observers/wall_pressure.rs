@@ -152,10 +152,7 @@ fn depth<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>) -> f64 {
 impl Merge for WallPressure {
     fn merge(&mut self, other: &Self) -> Result<(), Error> {
         self.near.require_same(&other.near)?;
-        self.run.require_same_scene(&other.run)?;
-        self.averages.merge(&other.averages)?;
-        self.run.join(&other.run);
-        Ok(())
+        self.run.pool(&mut self.averages, &other.run, &other.averages)
     }
 }
 

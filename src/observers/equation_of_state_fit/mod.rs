@@ -321,9 +321,6 @@ impl Merge for EquationOfStateFit {
             let value = other.spheres as f64;
             return Err(Error::InvalidParameter { name: "number of spheres", value, requirement });
         }
-        self.run.require_same_scene(&other.run)?;
-        self.averages.merge(&other.averages)?;
-        self.run.join(&other.run);
-        Ok(())
+        self.run.pool(&mut self.averages, &other.run, &other.averages)
     }
 }

@@ -8,6 +8,7 @@ use crate::drive::{Automatic, Scheme};
 use crate::field::{ExponentialField, UniformField};
 use crate::frame::{Frame, MoveCounts, Phase, Still};
 use crate::moves::LocalMoves;
+use crate::moves::event_chain::tests::{NEAR, SIDE, exact_moments};
 use crate::moves::event_chain::{Engine, FieldEvent};
 use crate::observer::Observer;
 use crate::observers::{Bins, CenterOfMass, ChainPressureProfile, DensityProfile};
@@ -128,39 +129,6 @@ fn one_sphere_in_many_tiles_follows_the_barometric_law() {
             assert!((f64::from(times) / f64::from(sweeps) - 0.5).abs() < 0.05, "{across:?}");
         }
     }
-}
-
-const SIDE: f64 = 3.0;
-
-/// Two spheres closer than this are near contact.
-const NEAR: f64 = 1.03;
-
-/// Mean height of two spheres over a base 3 x 3, their mean difference in height, and how often
-/// they are near contact, by Simpson's rule.
-fn exact_moments(height: f64, potential: impl Fn(f64) -> f64) -> [f64; 3] {
-    const PANELS: usize = 1500;
-    let width = (height - 1.0) / (2 * PANELS) as f64;
-    let nodes: Vec<(f64, f64)> = (0..=2 * PANELS)
-        .map(|node| {
-            let x = 0.5 + node as f64 * width;
-            let weight = if node == 0 || node == 2 * PANELS { 1.0 } else { (2 + 2 * (node % 2)) as f64 };
-            (x, weight * libm::exp(-potential(x)))
-        })
-        .collect();
-    let mut sums = [0.0; 4];
-    for &(x, a) in &nodes {
-        for &(y, b) in &nodes {
-            let within =
-                |distance: f64| std::f64::consts::PI * (distance * distance - (x - y) * (x - y)).max(0.0);
-            let free = SIDE * SIDE - within(1.0);
-            let near = within(NEAR) - within(1.0);
-            for (sum, value) in sums.iter_mut().zip([free, 0.5 * (x + y) * free, (x - y).abs() * free, near])
-            {
-                *sum += a * b * value;
-            }
-        }
-    }
-    [sums[1] / sums[0], sums[2] / sums[0], sums[3] / sums[0]]
 }
 
 /// Mean height, difference in height and nearness of two spheres in tiles, each with what is exact.

@@ -57,6 +57,17 @@ pub fn farthest_from_zero(values: impl IntoIterator<Item = Estimate>) -> Estimat
     farthest.unwrap_or(Estimate::new(f64::NAN, f64::NAN))
 }
 
+/// The mean of estimates whose errors add up, since they move together; NaN if there are none.
+pub fn mean_of_correlated(estimates: impl IntoIterator<Item = Estimate>) -> Estimate {
+    let (mut sum, mut count) = (Estimate::exact(0.0), 0.0);
+    for estimate in estimates {
+        sum.mean += estimate.mean;
+        sum.standard_error += estimate.standard_error;
+        count += 1.0;
+    }
+    sum / count
+}
+
 /// The magnitude of an estimate.
 pub fn magnitude(Estimate { mean, standard_error, .. }: Estimate) -> Estimate {
     Estimate::new(mean.abs(), standard_error)

@@ -19,6 +19,7 @@ use gradient_mc::start::Positions;
 use gradient_mc::statistics::{Estimate, mean_of_replicas};
 use gradient_mc::temperature::{ExponentialTemperature, Isothermal, TemperatureProfile};
 use gradient_mc::{Every, Scene, Simulation, Slab, WarningKind};
+use paper::accuracy::root_mean_square;
 use paper::study;
 use paper::table::Table;
 use paper::{Ending, Failure, Report, Session, Watch};
@@ -150,9 +151,7 @@ fn pulls(
     let counted: Vec<_> =
         results.iter().filter(|result| counts(result)).filter_map(|result| result.estimates).collect();
     std::array::from_fn(|index| {
-        let deviations = counted.iter().map(|of| of[index].deviation_from(truth[index]));
-        let squares = deviations.map(|deviation| deviation * deviation);
-        (squares.sum::<f64>() / counted.len() as f64).sqrt()
+        root_mean_square(counted.iter().map(|of| of[index].deviation_from(truth[index])))
     })
 }
 

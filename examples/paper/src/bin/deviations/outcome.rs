@@ -8,7 +8,7 @@ use gradient_mc::observers::EquationOfStateProfile;
 use gradient_mc::statistics::Estimate;
 use paper::Failure;
 use paper::accuracy::median;
-use paper::groups::largest;
+use paper::groups::{largest, mean_of_correlated};
 
 /// Runs that were made alike, as eq. (32) takes them, with both analyses.
 #[derive(Debug, Clone)]
@@ -60,18 +60,11 @@ impl Analysis {
         median(self.points.iter().map(measure).collect())
     }
 
-    /// Mean over the groups whose middles lie below `highest`; as if all their errors were one,
-    /// since they move together.
+    /// Mean over the groups whose middles lie below `highest`, which move together.
     pub(crate) fn mean_below(case: &Case, deviations: &[Estimate], highest: f64) -> Estimate {
         let inside = case.groups.iter().zip(deviations);
-        let inside: Vec<&Estimate> = inside
-            .filter(|(group, _)| f64::midpoint(group[0], group[1]) < highest)
-            .map(|(_, deviation)| deviation)
-            .collect();
-        let count = inside.len() as f64;
-        let mean = inside.iter().map(|deviation| deviation.mean).sum::<f64>() / count;
-        let error = inside.iter().map(|deviation| deviation.standard_error).sum::<f64>() / count;
-        Estimate::new(mean, error)
+        let inside = inside.filter(|(group, _)| f64::midpoint(group[0], group[1]) < highest);
+        mean_of_correlated(inside.map(|(_, deviation)| *deviation))
     }
 }
 

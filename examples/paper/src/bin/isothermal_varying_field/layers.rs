@@ -36,10 +36,7 @@ pub(crate) fn theory_spacing(theory: &HydrostaticProfile, height: f64) -> f64 {
 /// Mean number of spheres per area of the layers of a crystal but the lowest and the uppermost.
 pub(crate) fn mean_lateral_density(layers: &[Layer]) -> Estimate {
     let inner = layers.get(1..layers.len().saturating_sub(2)).unwrap_or(&[]);
-    let count = inner.len() as f64;
-    let mean = inner.iter().map(|layer| layer.lateral_density.mean).sum::<f64>() / count;
-    let squares: f64 = inner.iter().map(|layer| layer.lateral_density.standard_error).map(|e| e * e).sum();
-    Estimate::new(mean, squares.sqrt() / count)
+    Estimate::mean_of_independent(inner.iter().map(|layer| layer.lateral_density))
 }
 
 fn column(crystal: &Crystal) -> Column {

@@ -121,17 +121,9 @@ fn equation_of_state(outcome: &Outcome, verdicts: &mut Verdicts) {
 /// All groups of all columns together. The groups of a column move together, so their errors are
 /// added up; columns are independent.
 fn all_columns(outcomes: &[Outcome], verdicts: &mut Verdicts) {
-    let columns = outcomes.len() as f64;
-    let (mut mean, mut squares) = (0.0, 0.0);
-    for outcome in outcomes {
-        let groups = outcome.deviations.len() as f64;
-        mean += outcome.deviations.iter().map(|deviation| deviation.mean).sum::<f64>() / groups / columns;
-        let error = outcome.deviations.iter().map(|deviation| deviation.standard_error).sum::<f64>()
-            / groups
-            / columns;
-        squares += error * error;
-    }
-    let mean = Estimate::new(mean, squares.sqrt());
+    let columns =
+        outcomes.iter().map(|outcome| groups::mean_of_correlated(outcome.deviations.iter().copied()));
+    let mean = Estimate::mean_of_independent(columns);
     let claim = "mean of P/(nTZ) − 1 over all groups of all columns, Z after modified Kolafa";
     verdicts.agrees("16", claim, mean, (0.0, SIGMAS), LARGEST_ERRORS[1]);
 }

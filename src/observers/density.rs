@@ -149,6 +149,7 @@ persist!(DensityProfile { part run, same bins, part averages });
 mod tests {
     use super::super::test_frame::{Scene, ideal_heights};
     use super::*;
+    use crate::warning::Disagreement;
 
     #[test]
     fn counts_become_densities() {
@@ -206,5 +207,40 @@ mod tests {
         assert!(ratio > 0.8 && ratio < 1.7, "{ratio}");
         let other = DensityProfile::new(&scene.slab, Bins::count(99)).unwrap();
         assert!(matches!(pooled.merge(&other), Err(Error::InvalidParameter { .. })));
+    }
+
+    #[test]
+    fn bins_that_know_little_or_contradict_each_other_are_warned_of() {
+        let profile = |frames: u64, heights: &dyn Fn(u64) -> Vec<f64>| {
+            let mut scene = Scene::new(200.0, &[]);
+            let mut profile = DensityProfile::new(&scene.slab, Bins::count(50)).unwrap();
+            for frame in 0..frames {
+                scene.place(&heights(frame));
+                profile.observe(&scene.frame()).unwrap();
+            }
+            profile
+        };
+        let gas = |seed: u64| profile(1000, &|frame| ideal_heights(40, seed + frame));
+        let mut pooled = gas(0);
+        pooled.merge(&gas(1000)).unwrap();
+        assert_eq!(pooled.warnings(), []);
+        // A replica that is twice as hot.
+        let hot = |frame| ideal_heights(40, 2000 + frame).iter().map(|x| 2.0 * x - 0.5).collect();
+        pooled.merge(&profile(1000, &hot)).unwrap();
+        assert!(
+            matches!(pooled.warnings()[..], [.., Warning::ReplicasDisagree {
+                disagreement: Disagreement::Bins { bins, lowest_height, highest_height }
+            }] if bins > 2 && lowest_height < 5.0 && highest_height > 15.0),
+            "{:?}",
+            pooled.warnings()
+        );
+        // Two configurations in a thousand frames.
+        let two = profile(1000, &|frame| ideal_heights(40, frame / 500));
+        assert!(
+            matches!(two.warnings()[..], [.., Warning::CorrelatedBins { effective_sample_size, .. }]
+                if effective_sample_size < 2.5),
+            "{:?}",
+            two.warnings()
+        );
     }
 }

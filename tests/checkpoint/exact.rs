@@ -24,7 +24,7 @@ use tempfile::tempdir;
 type All = (
     (DensityProfile, PressureProfile, EquationOfStateProfile, Every<ChainPressureProfile>),
     (Every<DisplacementProfile>, CenterOfMass, Option<HexaticOrder>),
-    Box<(StructureProfile, EquationOfStateFit, WallPressure, BalancedDensityProfile)>,
+    Box<(Every<StructureProfile>, EquationOfStateFit, WallPressure, BalancedDensityProfile)>,
     Every<(NeighborAngles, RadialDistribution)>,
     Every<(Gsd, ExtendedXyz<File>)>,
 );
@@ -46,7 +46,7 @@ fn all<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>, folder: &Path) -> A
             Some(HexaticOrder::new(slab, 0.5, 1.5, 1.5).unwrap()),
         ),
         Box::new((
-            StructureProfile::new(slab, bins).unwrap(),
+            Every::new(4, StructureProfile::new(slab, bins).unwrap()),
             EquationOfStateFit::new(scene).unwrap(),
             WallPressure::new(scene).unwrap(),
             BalancedDensityProfile::new(slab, bins).unwrap(),

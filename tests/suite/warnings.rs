@@ -1,6 +1,8 @@
 //! Warnings are given in scenes with a problem, besides those of `stability.rs`, and none in good runs.
 
-use gradient_mc::drive::{Automatic, EquationOfStateClosure, Instantaneous, Scheme, SelfConsistent};
+use gradient_mc::drive::{
+    Automatic, Convergence, EquationOfStateClosure, Instantaneous, Scheme, SelfConsistent, Suggestion,
+};
 use gradient_mc::equation_of_state::{
     CarnahanStarling, EquationOfState, FluidSolid, IdealGas, VirialSeries, packing_fraction,
 };
@@ -158,6 +160,13 @@ fn a_column_that_hardly_moves_is_warned_of() {
         Warning::NotMixed { evidence: MixingEvidence::FewIndependent { effective_sample_size, .. }, .. }
             if *effective_sample_size < 20.0
     );
+    let moves = LocalMoves::new(0.005).unwrap();
+    let mut simulation = Simulation::builder(column()).moves(moves).seed(1).build().unwrap();
+    simulation.run(1000, &mut ()).unwrap();
+    let certificate = simulation.certificate(0.05).unwrap();
+    let Convergence::NotConverged { suggestion: Suggestion::MixLonger, .. } = certificate.convergence else {
+        panic!("{certificate}");
+    };
 }
 
 #[test]

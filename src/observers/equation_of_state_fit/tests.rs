@@ -237,3 +237,39 @@ fn a_density_that_is_too_steep_to_be_smoothed_is_warned_of() {
         assert_eq!(warned, steep, "{temperature:?}: {warnings:?}");
     }
 }
+
+/// Both routes with independent noise of 0.04 in their coefficients.
+#[test]
+fn routes_that_disagree_are_warned_of_and_collisions_are_believed() {
+    let mut generator = <crate::Generator as rand::SeedableRng>::seed_from_u64(4);
+    let mut noise = BlockAverages::new(6).unwrap();
+    for _ in 0..1024 {
+        noise
+            .push(&std::array::from_fn::<f64, 6, _>(|_| 4.0 * (crate::random::unit(&mut generator) - 0.5)))
+            .unwrap();
+    }
+    let measured = |off: f64| {
+        let jackknife = noise.jackknifed(|means| {
+            measured::fits(|route, terms| {
+                let (first, means) = match route {
+                    measured::Route::Ranks => (4.0 + off, &means[..3]),
+                    measured::Route::Collisions => (4.0, &means[3..]),
+                };
+                let mut coefficients = vec![first + means[0], -2.0 + means[1], 0.2 + means[2]];
+                coefficients.resize(terms, 0.0);
+                Some(coefficients)
+            })
+        });
+        MeasuredEquationOfState::new(&jackknife.unwrap(), [5.0, 20.0], 0.4, None)
+    };
+    assert_eq!(measured(0.0).warnings(), []);
+    let apart = measured(1.0);
+    assert!(
+        matches!(apart.warnings()[..], [Warning::RoutesDisagree { ranks, collisions, .. }]
+            if ranks.mean > collisions.mean + 4.0 * ranks.standard_error),
+        "{:?}",
+        apart.warnings()
+    );
+    let factor = |curve: EquationOfStateCurve<'_>| curve.compressibility_factor(0.3);
+    approx::assert_relative_eq!(factor(apart.combined()), factor(apart.collisions()), max_relative = 1e-9);
+}

@@ -25,7 +25,7 @@ where
     // The first bins resolve the layers at the base.
     let mut chains = ChainPressureProfile::new(&slab, Bins::count(20).from(0.5).to(10.5)).unwrap();
     let mut weight = Every::new(5, PressureProfile::new(&slab, Bins::count(20).from(0.5).to(10.5)).unwrap());
-    simulation.run(40_000, &mut (&mut chains, &mut weight)).unwrap();
+    simulation.run(20_000, &mut (&mut chains, &mut weight)).unwrap();
     let weight = weight.observer.points().unwrap().iter().map(|point| point.pressure).collect();
     (chains.points().unwrap().iter().map(|point| [point.normal, point.lateral]).collect(), weight)
 }
@@ -71,7 +71,7 @@ fn pressure_of_a_homogeneous_fluid_is_that_of_its_equation_of_state() {
     simulation.equilibrate(1_000, &mut ()).unwrap();
     let mut chains = ChainPressureProfile::new(&slab, Bins::count(1).from(8.0).to(32.0)).unwrap();
     let mut density = DensityProfile::new(&slab, Bins::count(1).from(8.0).to(32.0)).unwrap();
-    simulation.run(8_000, &mut (&mut chains, &mut density)).unwrap();
+    simulation.run(5_000, &mut (&mut chains, &mut density)).unwrap();
     let [point] = chains.points().unwrap()[..] else { panic!("one bin") };
     let density = density.points().unwrap()[0];
     let eta = density.packing_fraction.mean;

@@ -49,7 +49,7 @@ fn one_sphere_in_a_uniform_field() {
         // The last is as long as the slab is high.
         for moves in [tuned(rule), chains(0.7, rule), chains(60.0, rule)] {
             let builder = one_sphere(60.0, UniformField::default(), Isothermal::new(temperature).unwrap());
-            let heights = center_of_mass(builder.moves(moves).build().unwrap(), 3_000_000, 10);
+            let heights = center_of_mass(builder.moves(moves).build().unwrap(), 1_700_000, 10);
             agrees("mean height", heights.estimate().unwrap(), 0.5 + temperature, 0.025).unwrap();
             // Var(x) = T² for one sphere.
             agrees("variance", heights.variance().unwrap(), temperature * temperature, 0.16).unwrap();
@@ -64,7 +64,7 @@ fn ideal_gas_under_a_lid() {
     let exact = 0.5 + temperature - free / (free / temperature).exp_m1();
     for rule in RULES {
         let builder = one_sphere(height, UniformField::default(), Isothermal::new(temperature).unwrap());
-        let heights = center_of_mass(builder.moves(chains(20.0, rule)).build().unwrap(), 3_000_000, 10);
+        let heights = center_of_mass(builder.moves(chains(20.0, rule)).build().unwrap(), 1_000_000, 10);
         agrees("mean height", heights.estimate().unwrap(), exact, 0.06).unwrap();
     }
 }
@@ -73,7 +73,7 @@ fn ideal_gas_under_a_lid() {
 fn one_sphere_without_a_field() {
     let builder = one_sphere(9.0, UniformField::new(0.0).unwrap(), Isothermal::new(1.0).unwrap());
     let heights =
-        center_of_mass(builder.moves(chains(5.0, FieldEvent::Relocate)).build().unwrap(), 1_000_000, 10);
+        center_of_mass(builder.moves(chains(5.0, FieldEvent::Relocate)).build().unwrap(), 250_000, 10);
     agrees("mean height", heights.estimate().unwrap(), 4.5, 0.03).unwrap();
     agrees("variance", heights.variance().unwrap(), 64.0 / 12.0, 0.08).unwrap();
 }
@@ -85,7 +85,7 @@ fn one_sphere_in_fields_that_turn_round() {
         // Down below, up above: a hill of the potential, then the lid.
         let field = SumField(UniformField::new(1.5).unwrap(), LinearField::new(0.0, -0.3).unwrap());
         let builder = one_sphere(12.0, field, Isothermal::new(temperature).unwrap());
-        let heights = center_of_mass(builder.moves(chains(5.0, rule)).build().unwrap(), 3_000_000, 10);
+        let heights = center_of_mass(builder.moves(chains(5.0, rule)).build().unwrap(), 1_000_000, 10);
         let exact = mean_height(12.0, |x| (-(1.5 * x - 0.15 * x * x) / temperature).exp());
         agrees("hill", heights.estimate().unwrap(), exact, 0.04).unwrap();
 
@@ -93,7 +93,7 @@ fn one_sphere_in_fields_that_turn_round() {
         let wave = FieldCase::Wave(3.0, 1.9);
         let slab = Slab::new(12.0, 3.0, 4.0).unwrap();
         let builder = one_sphere(12.0, wave.make(&slab), Isothermal::new(temperature).unwrap());
-        let heights = center_of_mass(builder.moves(chains(5.0, rule)).build().unwrap(), 3_000_000, 10);
+        let heights = center_of_mass(builder.moves(chains(5.0, rule)).build().unwrap(), 1_000_000, 10);
         let exact = mean_height(12.0, |x| (-wave.potential(x) / temperature).exp());
         agrees("wave", heights.estimate().unwrap(), exact, 0.02).unwrap();
     }
@@ -113,7 +113,7 @@ fn one_sphere_where_both_fields_vary() {
                 let force = |x: f64| simulation.drive().reduced_force(simulation.scene(), x);
                 assert!(force(1.0) < 0.0 && force(12.0) > 0.0);
             }
-            center_of_mass(simulation, 3_000_000, 10).estimate().unwrap()
+            center_of_mass(simulation, 600_000, 10).estimate().unwrap()
         };
         let exact = ideal_gas_mean(height, base, alpha, beta);
         for rule in RULES {
@@ -130,7 +130,7 @@ fn two_spheres() {
         for moves in [chains(0.4, rule), chains(3.0, rule), tuned(rule)] {
             let build =
                 || Simulation::builder(scene).start(RandomInsertion::default()).moves(moves).seed(5).build();
-            let heights = center_of_mass(build().unwrap(), 2_000_000, 10);
+            let heights = center_of_mass(build().unwrap(), 800_000, 10);
             agrees("mean height", heights.estimate().unwrap(), TWO_SPHERES_MEAN, 0.01).unwrap();
             agrees("variance", heights.variance().unwrap(), TWO_SPHERES_VARIANCE, 0.016).unwrap();
         }
@@ -138,7 +138,7 @@ fn two_spheres() {
         let mut observer = Every::new(4, profile);
         let moves = chains(3.0, rule);
         let builder = Simulation::builder(scene).start(RandomInsertion::default()).moves(moves).seed(5);
-        builder.build().unwrap().run(6_000_000, &mut observer).unwrap();
+        builder.build().unwrap().run(1_500_000, &mut observer).unwrap();
         let contact = observer.observer.jackknife(|bins| [contact_density(bins)]).unwrap()[0];
         agrees("contact density", contact, 2.0 / 9.0, 0.006).unwrap();
     }

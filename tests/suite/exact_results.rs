@@ -30,7 +30,7 @@ fn one_sphere<F: Field, T: TemperatureProfile>(
 fn one_sphere_in_a_uniform_field() {
     let temperature = 2.0;
     let builder = one_sphere(60.0, UniformField::default(), Isothermal::new(temperature).unwrap());
-    let heights = center_of_mass(builder.build().unwrap(), 4_000_000, 10);
+    let heights = center_of_mass(builder.build().unwrap(), 1_500_000, 10);
     agrees("mean height", heights.estimate().unwrap(), 0.5 + temperature, 0.01).unwrap();
     // Var(x) = T^2 for one sphere.
     agrees("variance", heights.variance().unwrap(), temperature * temperature, 0.06).unwrap();
@@ -40,7 +40,7 @@ fn one_sphere_in_a_uniform_field() {
 fn ideal_gas_under_a_lid() {
     let (temperature, height) = (15.0, 21.0);
     let builder = one_sphere(height, UniformField::default(), Isothermal::new(temperature).unwrap());
-    let heights = center_of_mass(builder.build().unwrap(), 6_000_000, 20);
+    let heights = center_of_mass(builder.build().unwrap(), 1_000_000, 20);
     let free = height - 1.0;
     let exact = 0.5 + temperature - free / (free / temperature).exp_m1();
     agrees("mean height", heights.estimate().unwrap(), exact, 0.06).unwrap();
@@ -51,13 +51,13 @@ fn one_sphere_in_fields_that_vary() {
     let temperature = 4.0;
     let exponential = ExponentialField::new(0.2).unwrap();
     let builder = one_sphere(40.0, exponential, Isothermal::new(temperature).unwrap());
-    let heights = center_of_mass(builder.build().unwrap(), 2_000_000, 10);
+    let heights = center_of_mass(builder.build().unwrap(), 1_000_000, 10);
     let exact = mean_height(40.0, |x| (-(0.2 * x).exp_m1() / 0.2 / temperature).exp());
     agrees("exponential", heights.estimate().unwrap(), exact, 0.01).unwrap();
 
     let sum = SumField(UniformField::new(0.5).unwrap(), LinearField::new(-1.5, 0.2).unwrap());
     let builder = one_sphere(40.0, sum, Isothermal::new(temperature).unwrap());
-    let heights = center_of_mass(builder.build().unwrap(), 2_000_000, 10);
+    let heights = center_of_mass(builder.build().unwrap(), 1_000_000, 10);
     let exact = mean_height(40.0, |x| (-(-x + 0.1 * x * x) / temperature).exp());
     agrees("sum", heights.estimate().unwrap(), exact, 0.02).unwrap();
 }
@@ -69,7 +69,7 @@ fn one_sphere_where_both_fields_vary() {
     let temperature = ExponentialTemperature::new(base, beta).unwrap();
     let closure = EquationOfStateClosure::new(IdealGas);
     let builder = one_sphere(height, field, temperature).scheme(closure);
-    let heights = center_of_mass(builder.build().unwrap(), 3_000_000, 10);
+    let heights = center_of_mass(builder.build().unwrap(), 1_000_000, 10);
     let exact = ideal_gas_mean(height, base, alpha, beta);
     agrees("closure", heights.estimate().unwrap(), exact, 0.02).unwrap();
 }

@@ -167,6 +167,15 @@ fn a_column_that_hardly_moves_is_warned_of() {
     let Convergence::NotConverged { suggestion: Suggestion::MixLonger, .. } = certificate.convergence else {
         panic!("{certificate}");
     };
+    // From far above.
+    let builder = Simulation::builder(column()).moves(LocalMoves::new(0.75).unwrap());
+    let mut simulation = builder.start(RandomInsertion::default()).seed(1).build().unwrap();
+    simulation.run(600, &mut ()).unwrap();
+    let certificate = simulation.certificate(0.05).unwrap();
+    let Convergence::NotConverged { suggestion: Suggestion::EquilibrateLonger, .. } = certificate.convergence
+    else {
+        panic!("{certificate}");
+    };
 }
 
 #[test]

@@ -242,22 +242,24 @@ fn a_density_that_is_too_steep_to_be_smoothed_is_warned_of() {
 #[test]
 fn routes_that_disagree_are_warned_of_and_collisions_are_believed() {
     let mut generator = <crate::Generator as rand::SeedableRng>::seed_from_u64(4);
-    let mut noise = BlockAverages::new(6).unwrap();
+    let mut noise = BlockAverages::new(2 * MOST_TERMS).unwrap();
     for _ in 0..1024 {
         noise
-            .push(&std::array::from_fn::<f64, 6, _>(|_| 4.0 * (crate::random::unit(&mut generator) - 0.5)))
+            .push(&std::array::from_fn::<f64, { 2 * MOST_TERMS }, _>(|_| {
+                4.0 * (crate::random::unit(&mut generator) - 0.5)
+            }))
             .unwrap();
     }
     let measured = |off: f64| {
         let jackknife = noise.jackknifed(|means| {
             measured::fits(|route, terms| {
                 let (first, means) = match route {
-                    measured::Route::Ranks => (4.0 + off, &means[..3]),
-                    measured::Route::Collisions => (4.0, &means[3..]),
+                    measured::Route::Ranks => (4.0 + off, &means[..terms]),
+                    measured::Route::Collisions => (4.0, &means[MOST_TERMS..MOST_TERMS + terms]),
                 };
-                let mut coefficients = vec![first + means[0], -2.0 + means[1], 0.2 + means[2]];
+                let mut coefficients = vec![first, -2.0, 0.2];
                 coefficients.resize(terms, 0.0);
-                Some(coefficients)
+                Some(coefficients.iter().zip(means).map(|(value, noise)| value + noise).collect())
             })
         });
         MeasuredEquationOfState::new(&jackknife.unwrap(), [5.0, 20.0], 0.4, None)

@@ -66,7 +66,8 @@ fn summary(count: &Count, quantity: Quantity, scenes: usize) -> String {
          right, but too expensive {dear}"
     );
     for place in 0..=PLAN {
-        let always = always.get(place).map_or(String::new(), |right| format!("; right if always chosen {right}"));
+        let always =
+            always.get(place).map_or(String::new(), |right| format!("; right if always chosen {right}"));
         let lines = [NAMES[place], ": chosen ", &chosen[place].to_string(), ", of these not too expensive "];
         text.push_str("\n  ");
         text.extend(lines);

@@ -1,4 +1,4 @@
-//! The solved column.
+//! The solution of a column.
 
 use super::solution::{Problem, Solution};
 use super::{Functional, RADIUS};
@@ -9,8 +9,8 @@ use crate::legendre::Legendre;
 /// [`DensityFunctional`](super::DensityFunctional).
 ///
 /// It holds its own nodes and borrows nothing. Between them ln n is a polynomial of degree 15.
-/// Pressures are the weight of what lies above, with what the lid carries: at any height, layers
-/// included, that is the vertical component of the pressure.
+/// Pressures are the weight of the spheres above plus the pressure on the lid. At any height, also
+/// in the layers, this is the vertical component of the pressure.
 #[derive(Debug, Clone)]
 pub struct LayeredProfile {
     profile: HydrostaticProfile,
@@ -43,12 +43,12 @@ impl LayeredProfile {
         }
     }
 
-    /// The same in the form of a hydrostatic profile.
+    /// The profile in the form of a hydrostatic profile.
     pub(crate) fn as_hydrostatic(&self) -> &HydrostaticProfile {
         &self.profile
     }
 
-    /// Number density n(x) of centers; 0 nearer to a wall than half a diameter.
+    /// Number density n(x) of centers; 0 within half a diameter of a wall.
     #[must_use]
     pub fn number_density(&self, height: f64) -> f64 {
         self.profile.number_density(height)
@@ -66,7 +66,7 @@ impl LayeredProfile {
         self.profile.pressure(height)
     }
 
-    /// Pressure on the base, in m g/d²: by the contact theorem nT at the lowest center.
+    /// Pressure on the base, in m g/d². By the contact theorem it is nT at the lowest center.
     #[must_use]
     pub fn base_pressure(&self) -> f64 {
         self.profile.base_pressure()
@@ -84,7 +84,7 @@ impl LayeredProfile {
         self.profile.base()
     }
 
-    /// Height of the highest centers; of an open column, where next to nothing is left.
+    /// Height of the highest centers; in an open column, where the density is negligible.
     #[must_use]
     pub fn top(&self) -> f64 {
         self.profile.top()
@@ -102,7 +102,7 @@ impl LayeredProfile {
         self.profile.column_below(height)
     }
 
-    /// Spheres per unit area above `height`, with its digits also where little is left.
+    /// Spheres per unit area above `height`, with full relative precision.
     #[must_use]
     pub fn column_above(&self, height: f64) -> f64 {
         self.profile.column_above(height)
@@ -120,7 +120,7 @@ impl LayeredProfile {
         self.profile.height_of_fraction(fraction)
     }
 
-    /// Height and number density of the densest point, that in contact with a wall as a rule.
+    /// Height and number density of the densest point, which is usually at a wall.
     #[must_use]
     pub fn density_maximum(&self) -> (f64, f64) {
         self.profile.density_maximum()
@@ -132,20 +132,20 @@ impl LayeredProfile {
         self.chemical_potential
     }
 
-    /// Grand potential per area over temperature: of a box without weight, −PL/T and twice the
-    /// surface tension of its walls over T.
+    /// Grand potential per area over temperature. Without a field it is −PL/T plus twice the
+    /// surface tension of the walls over T, with the height L of the box.
     #[must_use]
     pub fn grand_potential(&self) -> f64 {
         self.grand_potential
     }
 
-    /// Iterations on all grids.
+    /// Number of iterations on all grids.
     #[must_use]
     pub fn iterations(&self) -> u32 {
         self.iterations
     }
 
-    /// What is left of μ − u − μₑₓ − ln n, root mean square weighted by n.
+    /// Root mean square of μ − u − μₑₓ − ln n, weighted by n.
     #[must_use]
     pub fn residual(&self) -> f64 {
         self.residual

@@ -286,7 +286,7 @@ mod tests {
             scene.place(&ideal_heights(50, frame));
             profile.observe(&scene.frame()).unwrap();
         }
-        // Counts of ten a bin: without the standard errors noise makes many "layers".
+        // Ten counts per bin: without the standard errors, noise would give many "layers".
         let points = profile.points().unwrap();
         assert!(profile.layers(0.05).unwrap().is_empty());
         let certain = |point: &DensityPoint| {

@@ -7,8 +7,8 @@ use crate::random::unit;
 use crate::{AnyScene, Error, Generator};
 use nalgebra::Vector3;
 
-/// Spheres inserted one by one at random where they do not overlap, from the base up to the height
-/// at which they have a given number density, or to the lid if it is lower.
+/// Spheres inserted one by one at random positions without overlap, from the base up to the height
+/// that gives a number density, or to the lid if that is lower.
 ///
 /// Random insertion jams near a packing fraction of 0.38 (n = 0.73).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -22,7 +22,7 @@ impl RandomInsertion {
     /// # Errors
     /// [`Error::InvalidParameter`] unless positive and finite.
     pub fn new(number_density: f64) -> Result<Self, Error> {
-        let name = "number density of the uniform start";
+        let name = "number density of random insertion";
         Ok(Self { number_density: Error::require_positive(name, number_density)? })
     }
 }
@@ -38,7 +38,7 @@ impl Start for RandomInsertion {
     /// # Errors
     /// [`Error::InsertionFailed`] when the spheres do not fit.
     fn place(&self, scene: &AnyScene<'_>, generator: &mut Generator) -> Result<Vec<Vector3<f64>>, Error> {
-        // A million failures in a row: the free volume is below some 1e-6 of the whole.
+        // After a million failures in a row the free volume is below about 1e-6 of the whole.
         const ATTEMPTS: usize = 1_000_000;
         let slab = scene.slab();
         let [width_y, width_z] = slab.widths();

@@ -182,7 +182,7 @@ mod tests {
         // A short series, 54 independent numbers: somewhat too small, as any method.
         let (claimed, squared) = calibration(0.9, 1024);
         assert!(claimed > 0.85 && squared < 1.5, "{claimed}, {squared}");
-        // Anticorrelation is half seen: safe.
+        // Anticorrelation is used only in part, so the error is too large.
         let (claimed, squared) = calibration(-0.5, 1024);
         assert!(claimed > 1.0 && squared < 1.0, "{claimed}, {squared}");
     }

@@ -70,6 +70,19 @@ pub struct Simulation<F, T, S: Scheme<F, T> = Automatic> {
 }
 
 /// Builder of a [`Simulation`]: sets its scheme, start, moves and seed, in any order.
+///
+/// ```
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+/// use gradient_mc::{moves::LocalMoves, start::ClosePacked};
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 360, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let builder = Simulation::builder(scene).start(ClosePacked).moves(LocalMoves::tuned()).seed(1);
+/// // The same seed gives the same run.
+/// let (mut one, mut other) = (builder.clone().build()?, builder.build()?);
+/// one.run(10, &mut ())?;
+/// other.run(10, &mut ())?;
+/// assert_eq!(one.positions(), other.positions());
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Clone)]
 pub struct SimulationBuilder<F, T, S = Automatic> {
     scene: Scene<F, T>,

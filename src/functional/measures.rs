@@ -6,6 +6,14 @@ use std::f64::consts::PI;
 /// Weighted densities at a height: four averages of the density over spheres of radius R = ½.
 ///
 /// For equal spheres the others follow: n₀ = n₂/π, n₁ = n₂/(2π) and **n**₁ = **n**₂/(2π).
+///
+/// ```
+/// use gradient_mc::equation_of_state::packing_fraction;
+/// use gradient_mc::functional::WeightedDensities;
+/// let uniform = WeightedDensities::uniform(0.6);
+/// assert!((uniform.packing - packing_fraction(0.6)).abs() < 1e-15);
+/// assert_eq!(uniform.vector, 0.0);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WeightedDensities {
     /// n₃ = π∫(R² − s²) n(x + s) ds over |s| < R: the local packing fraction.

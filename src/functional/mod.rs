@@ -1,9 +1,9 @@
 //! Density functionals of hard spheres: a theory that includes the layers at a wall.
 //!
-//! The excess free energy over temperature is ∫ Φ dx, where Φ is a function of a few weighted
-//! densities: averages of the density over a sphere (Rosenfeld's fundamental measure theory, Phys.
-//! Rev. Lett. 63, 980 (1989), doi:10.1103/PhysRevLett.63.980). The density depends on height alone,
-//! so the averages are integrals over half a diameter up and down.
+//! The excess free energy per area over temperature is ∫ Φ dx, where Φ is a function of a few
+//! weighted densities: averages of the density over a sphere (Rosenfeld's fundamental measure
+//! theory, Phys. Rev. Lett. 63, 980 (1989), doi:10.1103/PhysRevLett.63.980). The density depends on
+//! height alone, so the averages are integrals over half a diameter up and down.
 //!
 //! | functional | uniform fluid | property |
 //! |---|---|---|

@@ -11,6 +11,17 @@ use crate::legendre::Legendre;
 /// It holds its own nodes and borrows nothing. Between them ln n is a polynomial of degree 15.
 /// Pressures are the weight of the spheres above plus the pressure on the lid. At any height, also
 /// in the layers, this is the vertical component of the pressure.
+///
+/// ```
+/// use gradient_mc::functional::WhiteBear2;
+/// use gradient_mc::{Scene, Slab, field::UniformField, temperature::Isothermal};
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 360, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let profile = scene.density_functional(&WhiteBear2)?;
+/// assert!((profile.column_density() - 10.0).abs() < 1e-9);
+/// // The first layer: the density at contact is above the mean over the first diameter.
+/// assert!(profile.contact_density() > profile.mean_density(0.5, 1.5));
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct LayeredProfile {
     profile: HydrostaticProfile,

@@ -11,6 +11,14 @@ use super::{FreeEnergy, Functional, WeightedDensities};
 /// doi:10.1088/0953-8984/18/37/002. Its uniform fluid is
 /// [`CarnahanStarling`](crate::equation_of_state::CarnahanStarling), and its pressure is consistent
 /// with scaled-particle theory to 2 %.
+///
+/// ```
+/// use gradient_mc::functional::{DensityFunctional, WhiteBear2};
+/// use gradient_mc::{field::UniformField, temperature::Isothermal};
+/// let column = DensityFunctional::new(UniformField::default(), Isothermal::new(15.0)?, WhiteBear2);
+/// assert!((column.column_density(40.0)?.center_of_mass() - 42.980).abs() < 1e-3);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct WhiteBear2;
 

@@ -35,6 +35,15 @@ pub struct HydrostaticProfile {
 /// Where a profile leaves the domain of its equation of state.
 ///
 /// For a fluid equation of state, [`DomainSide::Above`] is the part of the column that freezes.
+///
+/// ```
+/// use gradient_mc::equation_of_state::{CarnahanStarling, DomainSide};
+/// use gradient_mc::{Hydrostatics, field::UniformField, temperature::Isothermal};
+/// let theory = Hydrostatics::new(UniformField::default(), Isothermal::new(2.5)?, CarnahanStarling);
+/// let exit = theory.column_density(40.0)?.domain_exit().ok_or("a fluid at all heights")?;
+/// assert_eq!((exit.side, exit.lowest_height), (DomainSide::Above, 0.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DomainExit {
     /// Lowest height outside the domain.

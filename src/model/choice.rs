@@ -108,6 +108,18 @@ pub struct Assessment {
 /// The answer of [`Scene::model_for`]: the cheapest adequate model, and the errors of the cheaper
 /// ones. `Display` prints it as a report.
 ///
+///
+/// ```
+/// use gradient_mc::model::Accuracy;
+/// use gradient_mc::{Scene, Slab, field::UniformField, temperature::Isothermal};
+/// let scene = Scene::new(Slab::new(30.0, 20.0, 20.0)?, 400, UniformField::default(), Isothermal::new(2.0)?)?;
+/// let choice = scene.model_for(Accuracy::density(0.05)?)?;
+/// assert!(choice.is_adequate() && choice.best().expected_error < 0.05);
+/// for candidate in choice.candidates() {
+///     println!("{}: {:.4}", candidate.model, candidate.expected_error);
+/// }
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct ModelChoice {
     accuracy: Accuracy,

@@ -11,8 +11,15 @@ use crate::{Error, Field, HydrostaticProfile, Scene, TemperatureProfile};
 /// equation and with this one.
 ///
 /// ```
-///
 /// use gradient_mc::equation_of_state::ModifiedKolafa;
+/// use gradient_mc::model::CorrectedLayers;
+/// use gradient_mc::{Scene, Slab, field::UniformField, temperature::Isothermal};
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 360, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let layers = CorrectedLayers::new(&scene, &scene.hydrostatics(&ModifiedKolafa)?)?;
+/// let densities = layers.densities(&scene);
+/// assert!((densities.iter().sum::<f64>() - 10.0).abs() < 1e-6);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct CorrectedLayers {
     layers: LayeredProfile,

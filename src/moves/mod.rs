@@ -28,6 +28,12 @@ use crate::random::Generator;
 use crate::{Error, Field, Scene, Slab, TemperatureProfile};
 
 /// What the sweeps of a simulation consist of.
+///
+/// ```
+/// use gradient_mc::moves::{EventChains, LocalMoves, Moves};
+/// let chains = EventChains::default().local_moves(Some(LocalMoves::tuned()));
+/// assert_eq!(Moves::default(), chains.into());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Moves {

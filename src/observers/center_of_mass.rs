@@ -12,6 +12,20 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Warning};
 /// variance is exactly Var(h) = (T²/N) dh/dT.
 ///
 /// It stores sixteen bytes per frame. Wrap it in [`Every`](crate::Every) to sample fewer frames.
+///
+/// ```
+/// use gradient_mc::observers::CenterOfMass;
+/// use gradient_mc::{Every, Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 36, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let mut simulation = Simulation::builder(scene).seed(1).build()?;
+/// let mut center_of_mass = Every::new(5, CenterOfMass::new());
+/// simulation.equilibrate(100, &mut ())?;
+/// simulation.run(500, &mut center_of_mass)?;
+/// let center_of_mass = center_of_mass.observer;
+/// assert_eq!(center_of_mass.heights().len(), 100);
+/// println!("{}, drift {}", center_of_mass.estimate()?, center_of_mass.drift()?);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Default)]
 pub struct CenterOfMass {
     run: OneRun,

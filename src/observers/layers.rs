@@ -5,6 +5,22 @@ use crate::Error;
 use crate::statistics::Estimate;
 
 /// One layer of spheres: a maximum of n(x) between two minima.
+///
+/// ```
+/// use gradient_mc::observers::{Bins, DensityProfile, Layer};
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+/// let slab = Slab::new(60.0, 6.0, 6.0)?;
+/// let scene = Scene::new(slab, 720, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let mut simulation = Simulation::builder(scene).seed(1).build()?;
+/// let mut profile = DensityProfile::new(&slab, Bins::count(150).from(0.5).to(8.0))?;
+/// simulation.equilibrate(200, &mut ())?;
+/// simulation.run(200, &mut profile)?;
+/// let layers: Vec<Layer> = profile.layers(Layer::CLEAR)?;
+/// // The first layer touches the base; the second is about a diameter above.
+/// assert_eq!(layers[0].position.mean, 0.5);
+/// assert!((0.8..1.2).contains(&layers[1].spacing.mean));
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]

@@ -10,6 +10,15 @@ use std::collections::HashMap;
 /// A close-packed crystal that stands on the base, filled from below; the top layer has random
 /// vacancies. It is far below the steady state, while [`RandomInsertion`](super::RandomInsertion)
 /// is above it.
+///
+/// ```
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, start::ClosePacked, temperature::Isothermal};
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 360, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let simulation = Simulation::builder(scene).start(ClosePacked).build()?;
+/// let highest = simulation.frame().heights().fold(0.0, f64::max);
+/// assert!(highest < 12.0);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ClosePacked;
 

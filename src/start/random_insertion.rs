@@ -11,6 +11,16 @@ use nalgebra::Vector3;
 /// that gives a number density, or to the lid if that is lower.
 ///
 /// Random insertion jams near a packing fraction of 0.38 (n = 0.73).
+///
+/// ```
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, start::RandomInsertion, temperature::Isothermal};
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 180, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let simulation = Simulation::builder(scene).start(RandomInsertion::new(0.2)?).build()?;
+/// // 180/36 spheres per area at n = 0.2 fill 25 diameters.
+/// let highest = simulation.frame().heights().fold(0.0, f64::max);
+/// assert!(highest > 20.0 && highest < 25.0);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RandomInsertion {
     number_density: f64,

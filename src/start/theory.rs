@@ -16,6 +16,17 @@ use nalgebra::Vector3;
 /// saves the slowest part of the equilibration. This start alone does **not** show that a run has
 /// reached the steady state: compare runs from [`RandomInsertion`](super::RandomInsertion) and
 /// [`ClosePacked`](super::ClosePacked).
+///
+/// ```
+/// use gradient_mc::equation_of_state::ModifiedKolafa;
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, start::Theory, temperature::Isothermal};
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 360, UniformField::default(), Isothermal::new(5.0)?)?;
+/// // The default: `.start(Theory)` may be left out.
+/// let simulation = Simulation::builder(scene).start(Theory).build()?;
+/// let center_of_mass = simulation.frame().heights().sum::<f64>() / 360.0;
+/// assert!((center_of_mass - scene.hydrostatics(&ModifiedKolafa)?.center_of_mass()).abs() < 0.5);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Theory;
 

@@ -116,6 +116,15 @@ pub(crate) fn plateau(series: &[f64]) -> Result<Estimate, Error> {
 /// The variance of x̄, by blocking, is added to the mean of (x − x̄)², so the result is unbiased to
 /// first order in the autocorrelation time over the length.
 ///
+/// ```
+/// use gradient_mc::statistics::variance;
+/// // Uniform numbers from 0 to 1008 have the variance (1009² − 1)/12.
+/// let series: Vec<f64> = (0..1024).map(|i| f64::from(i * 7919 % 1009)).collect();
+/// let estimate = variance(&series)?;
+/// assert!((estimate.mean - 84_840.0).abs() < 4.0 * estimate.standard_error);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
+///
 /// # Errors
 /// [`Error::TooFewObservations`] for fewer than 16 numbers.
 pub fn variance(series: &[f64]) -> Result<Estimate, Error> {
@@ -131,6 +140,13 @@ pub fn variance(series: &[f64]) -> Result<Estimate, Error> {
 /// In a steady state it is zero within about two standard errors. It is also zero within errors if
 /// the drift is smaller than the noise, or if the series is shorter than the relaxation time. For
 /// an odd length the middle element is in the second half.
+///
+/// ```
+/// use gradient_mc::statistics::drift;
+/// let series: Vec<f64> = (0..1024).map(|i| f64::from(i * 7919 % 1009) + f64::from(i)).collect();
+/// assert!(drift(&series)?.deviation_from(0.0) > 4.0);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 ///
 /// # Errors
 /// [`Error::TooFewObservations`] for fewer than 32 numbers.

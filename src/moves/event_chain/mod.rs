@@ -96,9 +96,9 @@ impl Default for EventChains {
 impl EventChains {
     /// Default of [`path_per_sphere`](Self::path_per_sphere), in diameters.
     pub const PATH_PER_SPHERE: f64 = 0.5;
-    /// Largest mean number of collisions and field events per sphere in the vertical chains of a
-    /// sweep. In equilibration the path of the chains is shortened to keep below it, so that a
-    /// sweep takes a bounded time in any field.
+    /// Largest mean number of collisions and field events of a sweep, per sphere, at the rate of
+    /// vertical chains. In equilibration the path of the chains is shortened to keep below it, so
+    /// that a sweep takes a bounded time in any field.
     pub const MOST_EVENTS: f64 = 100.0;
     /// Smallest mean length of a chain, in diameters.
     pub const MINIMUM_LENGTH: f64 = 1e-3;

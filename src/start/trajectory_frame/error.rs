@@ -5,6 +5,14 @@ use std::path::PathBuf;
 use thiserror::Error;
 
 /// The reason why a frame of a trajectory cannot be read, or cannot be a start.
+///
+/// ```
+/// use gradient_mc::start::{TrajectoryError, TrajectoryFrame};
+/// // The text of a file with one sphere too few.
+/// let text = "2\nLattice=\"6 0 0 0 3 0 0 0 3\"\nX 0.5 1 1\n";
+/// let error = TrajectoryFrame::read(std::io::Cursor::new(text), None);
+/// assert!(matches!(error, Err(TrajectoryError::CutOff { frame: 0, .. })));
+/// ```
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum TrajectoryError {

@@ -9,8 +9,8 @@ use super::{FreeEnergy, Functional, WeightedDensities};
 ///
 /// H. Hansen-Goos and R. Roth, J. Phys.: Condens. Matter 18, 8413 (2006),
 /// doi:10.1088/0953-8984/18/37/002. Its uniform fluid is
-/// [`CarnahanStarling`](crate::equation_of_state::CarnahanStarling), and its pressure is consistent
-/// with scaled-particle theory to 2 %.
+/// [`CarnahanStarling`](crate::equation_of_state::CarnahanStarling), and it is consistent with
+/// scaled-particle theory to 2 %.
 ///
 /// ```
 /// use gradient_mc::functional::{DensityFunctional, WhiteBear2};

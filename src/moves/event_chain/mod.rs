@@ -20,6 +20,12 @@ use crate::{Error, Slab};
 pub(super) use engine::Engine;
 
 /// How a chain continues after a field event.
+///
+/// ```
+/// use gradient_mc::moves::{EventChains, FieldEvent};
+/// assert_eq!(EventChains::default().field_event(FieldEvent::Relocate), EventChains::default());
+/// assert_ne!(EventChains::default().field_event(FieldEvent::Reverse), EventChains::default());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum FieldEvent {

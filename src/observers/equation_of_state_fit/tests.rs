@@ -27,7 +27,7 @@ impl InForce for Weight {
     }
 }
 
-/// Z by ranks at η = 0.02 of `SPHERES` ideal particles with heights from the distribution in the
+/// Z by ranks at η = 0.02 of `particles` ideal particles with heights from the distribution in the
 /// field; pressures are computed for `extra` more spheres.
 fn ideal_gas_by_ranks(particles: usize, extra: f64) -> crate::statistics::Estimate {
     let mut scene = test_frame::Scene::new(400.0, &[]);

@@ -17,7 +17,11 @@ pub(super) struct OwnEquation {
     collisions: Collisions,
     bulk: Range<usize>,
     frames: u64,
-    sample: Vec<f64>,
+    /// Samples of the halves of the interval; that of the first is complete after [`HALF`](Self::HALF)
+    /// frames.
+    first: Vec<f64>,
+    second: Vec<f64>,
+    means: Vec<f64>,
     /// Sums of the current step and, with less weight, of earlier steps.
     sums: Vec<f64>,
 }
@@ -25,8 +29,8 @@ pub(super) struct OwnEquation {
 impl OwnEquation {
     /// Number of bins on either side over which densities are smoothed.
     const SMOOTHING: usize = 8;
-    /// Number of frames over which a packing fraction is counted.
-    const INTERVAL: u64 = 64;
+    /// Number of frames of half an interval.
+    const HALF: u64 = 64;
     /// Smallest path of chains for a fit, in diameters: Z then has a standard error of about 1 %.
     const LEAST_PATH: f64 = 1e4;
     /// Weight of all earlier steps in the next step.
@@ -36,15 +40,29 @@ impl OwnEquation {
     pub(super) fn new(slab: &Slab) -> Option<Self> {
         let collisions = Collisions::over(slab, Self::SMOOTHING).ok()?;
         let bulk = collisions.away_from_walls(slab, MeasuredShare::LAYERED);
-        let zeros = vec![0.0; collisions.components()];
-        (!bulk.is_empty()).then(|| Self { collisions, bulk, frames: 0, sample: zeros.clone(), sums: zeros })
+        let [sample, means] =
+            [collisions.components(), collisions.means()].map(|components| vec![0.0; components]);
+        (!bulk.is_empty()).then(|| Self {
+            collisions,
+            bulk,
+            frames: 0,
+            first: sample.clone(),
+            second: sample,
+            means: means.clone(),
+            sums: means,
+        })
     }
 
     pub(super) fn add(&mut self, frame: &Frame<'_>) {
         self.collisions.observe(frame);
         self.frames += 1;
-        if self.frames == Self::INTERVAL {
-            self.end_interval();
+        if self.frames == Self::HALF {
+            self.collisions.take(&mut self.first);
+        } else if self.frames == 2 * Self::HALF {
+            self.collisions.take(&mut self.second);
+            self.collisions.complete([&self.first, &self.second], &mut self.means);
+            self.enter(2.0);
+            self.frames = 0;
         }
     }
 
@@ -53,12 +71,23 @@ impl OwnEquation {
         &mut self.collisions
     }
 
+    /// Adds the means, over this number of samples, to the sums.
+    fn enter(&mut self, samples: f64) {
+        self.sums.iter_mut().zip(&self.means).for_each(|(sum, mean)| *sum += samples * mean);
+    }
+
+    /// Ends an incomplete interval, if there is one.
     fn end_interval(&mut self) {
-        if self.frames > 0 {
-            self.collisions.take(&mut self.sample);
-            self.sums.iter_mut().zip(&self.sample).for_each(|(sum, value)| *sum += value);
-            self.frames = 0;
+        if self.frames >= Self::HALF {
+            self.collisions.complete([&self.first; 2], &mut self.means);
+            self.enter(1.0);
         }
+        if !self.frames.is_multiple_of(Self::HALF) {
+            self.collisions.take(&mut self.second);
+            self.collisions.complete([&self.second; 2], &mut self.means);
+            self.enter(1.0);
+        }
+        self.frames = 0;
     }
 
     /// The fit to the data so far, with this number of terms; `None` if there are too few data.
@@ -83,4 +112,7 @@ impl OwnEquation {
     }
 }
 
-persist!(OwnEquation { part collisions, count frames, slice sums }, |own| own.frames < OwnEquation::INTERVAL);
+persist!(
+    OwnEquation { part collisions, count frames, slice first, slice sums },
+    |own| own.frames < 2 * OwnEquation::HALF
+);

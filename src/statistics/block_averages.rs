@@ -167,6 +167,48 @@ impl BlockAverages {
         self.block_length *= 2;
     }
 
+    /// Averages, over blocks twice as long, of a function of the means of both halves of a block. The
+    /// function writes `components` values. What is not half of a complete block is given twice.
+    pub(crate) fn of_halves(&self, components: usize, function: impl Fn([&[f64]; 2], &mut [f64])) -> Self {
+        // Sums of the values over two halves with this number of observations each.
+        let block = |halves: [&[f64]; 2], observations: f64| {
+            let [first, second] =
+                halves.map(|sums| sums.iter().map(|sum| sum / observations).collect::<Vec<_>>());
+            let mut values = vec![0.0; components];
+            function([&first, &second], &mut values);
+            values.into_iter().map(move |value| 2.0 * observations * value)
+        };
+        let length = self.block_length as f64;
+        let blocks = |sums: &[f64]| -> Vec<f64> {
+            let halves = sums.chunks_exact(2 * self.components).map(|both| both.split_at(self.components));
+            halves.flat_map(|(first, second)| block([first, second], length)).collect()
+        };
+        let rest = |sums: &[f64], observations: u64| -> Vec<f64> {
+            if observations == 0 {
+                return vec![0.0; components];
+            }
+            let half: Vec<f64> = sums.iter().map(|sum| 0.5 * sum).collect();
+            block([&half, &half], 0.5 * observations as f64).collect()
+        };
+        let mut coarse = self.clone();
+        coarse.coarsen();
+        let mut replica_sums = Vec::new();
+        let mut others = &self.replica_sums[..];
+        for &count in &self.replica_blocks {
+            let (replica, rest) = others.split_at(count * self.components);
+            replica_sums.extend(blocks(replica));
+            others = rest;
+        }
+        Self {
+            components,
+            sums: blocks(&self.sums),
+            partial: rest(&coarse.partial, coarse.partial_observations),
+            replica_sums,
+            remainder: rest(&coarse.remainder, coarse.remainder_observations),
+            ..coarse
+        }
+    }
+
     /// Number of observations so far, including merged replicas.
     #[must_use]
     pub fn observations(&self) -> u64 {

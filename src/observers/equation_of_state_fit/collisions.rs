@@ -18,11 +18,10 @@ pub(crate) struct Collisions {
     /// Path, and sum of separations; half of each separation is added to the bin of each of the two
     /// spheres.
     sums: Vec<[f64; 2]>,
-    densities: Vec<f64>,
 }
 
-/// Means over intervals, in the order of a sample: numbers of spheres, paths, sums of separations,
-/// and paths times each term of a [`Series`] at the packing fraction of the interval.
+/// Means over blocks: numbers of spheres, paths, sums of separations, and paths times each term of a
+/// [`Series`] at the packing fraction of the block.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Means<'a> {
     pub(super) counts: &'a [f64],
@@ -40,13 +39,11 @@ impl Collisions {
         const LAYERS: f64 = EquationOfStateFit::LAYERS;
         let bins = Bins::of_width(EquationOfStateFit::BIN_WIDTH.min(slab.height())).of(slab)?;
         let used = bins_in(&bins, [LAYERS, slab.height() - LAYERS]);
-        let zeros = vec![0.0; bins.count()];
         Ok(Self {
             smoothing: Smoothing::new(bins.count(), used, reach),
             frames: 0.0,
-            counts: zeros.clone(),
+            counts: vec![0.0; bins.count()],
             sums: vec![[0.0; 2]; bins.count()],
-            densities: zeros,
             bins,
         })
     }
@@ -60,8 +57,13 @@ impl Collisions {
         bins_in(&self.bins, [distance, slab.height() - distance])
     }
 
-    /// Number of components of a sample.
+    /// Number of components of a sample: numbers of spheres, paths and sums of separations.
     pub(crate) fn components(&self) -> usize {
+        3 * self.bins.count()
+    }
+
+    /// Number of components of [`Means`].
+    pub(crate) fn means(&self) -> usize {
         (3 + MOST_TERMS) * self.bins.count()
     }
 
@@ -80,22 +82,37 @@ impl Collisions {
 
     /// Ends an interval: writes its sample and starts the next interval.
     pub(crate) fn take(&mut self, sample: &mut [f64]) {
-        let count = self.bins.count();
-        for count in &mut self.counts {
-            *count /= self.frames;
-        }
-        self.smoothing.apply(&self.counts, &mut self.densities);
-        let volume = self.bins.volume();
-        let (sums, terms) = sample.split_at_mut(3 * count);
-        sums[..count].copy_from_slice(&self.counts);
-        for (bin, (&smooth, &[path, transfer])) in self.densities.iter().zip(&self.sums).enumerate() {
-            (sums[count + bin], sums[2 * count + bin]) = (path, transfer);
-            let eta = packing_fraction(smooth / volume).clamp(0.0, 0.7);
-            for (term, value) in Series::terms(eta).into_iter().enumerate() {
-                terms[term * count + bin] = path * value;
-            }
+        let (counts, sums) = sample.split_at_mut(self.bins.count());
+        let (paths, transfers) = sums.split_at_mut(self.bins.count());
+        for (bin, (count, &[path, transfer])) in self.counts.iter().zip(&self.sums).enumerate() {
+            (counts[bin], paths[bin], transfers[bin]) = (count / self.frames, path, transfer);
         }
         self.forget();
+    }
+
+    /// Writes [`Means`] of a block, from the mean samples of its halves.
+    ///
+    /// A term f(η) at the packing fraction of a finite volume and time has the bias f″ var(η)/2. If
+    /// the densities of the halves fluctuate independently, that of the block has half of their
+    /// variance, and 2 f(block) − (mean of f over the halves) has no bias of this order.
+    pub(crate) fn complete(&self, halves: [&[f64]; 2], means: &mut [f64]) {
+        let count = self.bins.count();
+        let (sums, terms) = means.split_at_mut(3 * count);
+        for (sum, (first, second)) in sums.iter_mut().zip(halves[0].iter().zip(halves[1])) {
+            *sum = 0.5 * (first + second);
+        }
+        terms.fill(0.0);
+        let mut smooth = vec![0.0; count];
+        for (sample, weight) in [(&*sums, 2.0), (halves[0], -0.5), (halves[1], -0.5)] {
+            let (counts, paths) = (&sample[..count], &sample[count..2 * count]);
+            self.smoothing.apply(counts, &mut smooth);
+            for (bin, (smooth, path)) in smooth.iter().zip(paths).enumerate() {
+                let eta = packing_fraction(smooth / self.bins.volume()).clamp(0.0, 0.7);
+                for (term, value) in Series::terms(eta).into_iter().enumerate() {
+                    terms[term * count + bin] += weight * path * value;
+                }
+            }
+        }
     }
 
     /// Clears all sums and starts an interval.

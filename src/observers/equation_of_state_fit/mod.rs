@@ -48,9 +48,9 @@ use ranks::Ranks;
 ///
 /// **Collisions.** In event chains, Z = 1 + (sum of the separations of colliding spheres)/(path) at
 /// every height, with the path of chains at this height (Michel, Kapfer and Krauth,
-/// doi:10.1063/1.4863991). The packing fraction is that of the same heights in the same 64 sweeps,
-/// smoothed over about eight diameters. This route needs only local equilibrium: the column need
-/// not be stationary.
+/// doi:10.1063/1.4863991). The packing fraction is that of the same heights in the same block of at
+/// least 64 sweeps, smoothed over about eight diameters; the bias by its fluctuations is removed.
+/// This route needs only local equilibrium: the column need not be stationary.
 ///
 /// Each route fits all coefficients of Z = 1 + Σ cₖ ηᵏ/(1 − η)³, a form that includes Carnahan and
 /// Starling's equation. [`result`](Self::result) combines the two routes and tests whether they
@@ -98,8 +98,9 @@ impl EquationOfStateFit {
     const BIN_WIDTH: f64 = 0.5;
     /// Number of bins on either side over which densities are smoothed.
     const SMOOTHING: usize = 16;
-    /// Number of frames over which a packing fraction is counted.
-    const INTERVAL: u64 = 64;
+    /// Number of frames of a sample; half of a block, over which packing fractions are counted, is
+    /// at least one sample.
+    const INTERVAL: u64 = 32;
     /// Number of frames between counts of spheres.
     const BETWEEN_COUNTS: u64 = 2;
     /// Number of frames between samples of ranks; successive configurations are strongly
@@ -129,11 +130,11 @@ impl EquationOfStateFit {
             incomplete: 0,
             sample: vec![0.0; components],
             averages: BlockAverages::new(components)?
-                .said_of("intervals of 64 frames for a fit of an equation of state"),
+                .said_of("intervals of 32 frames for a fit of an equation of state"),
         })
     }
 
-    /// Number of complete intervals of 64 frames.
+    /// Number of complete intervals of 32 frames.
     #[must_use]
     pub fn intervals(&self) -> u64 {
         self.averages.observations()
@@ -142,7 +143,7 @@ impl EquationOfStateFit {
     /// The equation of state measured so far.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] for fewer than 16 intervals, 1024 frames.
+    /// [`Error::TooFewObservations`] for fewer than 32 intervals, 1024 frames.
     pub fn result(&self) -> Result<MeasuredEquationOfState, Error> {
         let heights = self.heights_used()?;
         let range = bins_in(&self.bins, heights);
@@ -154,7 +155,7 @@ impl EquationOfStateFit {
             area: self.slab.base_area(),
             distances: [one.min(other), one.max(other)],
         };
-        let jackknife = self.averages.jackknifed(|means| {
+        let jackknife = self.completed().jackknifed(|means| {
             let (ranks, collisions) = means.split_at(split);
             let (ranks, collisions) = (ranks::Means::of(ranks), collisions::Means::of(collisions));
             measured::fits(|route, terms| match route {
@@ -173,15 +174,15 @@ impl EquationOfStateFit {
     /// It fits three coefficients and does not use the eight diameters at each wall.
     ///
     /// # Errors
-    /// [`Error::TooFewObservations`] before the first 64 frames, or without event chains.
+    /// [`Error::TooFewObservations`] before the first 32 frames, or without event chains.
     pub fn collisions_without_errors(&self) -> Result<impl EquationOfState + use<>, Error> {
         const LAYERS: f64 = 8.0;
-        let mean = self.averages.mean();
+        let mean = self.completed().mean();
         let means = collisions::Means::of(&mean[self.ranks.components()..]);
         let range = bins_in(&self.bins, [LAYERS, self.slab.height() - LAYERS]);
         let coefficients = means.fit(range, measured::FEWEST_TERMS).filter(|_| self.intervals() > 0);
         coefficients.map(|coefficients| Series::new(&coefficients)).ok_or(Error::TooFewObservations {
-            what: "intervals of 64 frames with event chains",
+            what: "intervals of 32 frames with event chains",
             available: 0,
             needed: 1,
         })
@@ -189,11 +190,22 @@ impl EquationOfStateFit {
 
     /// Smoothed mean numbers of spheres in bins.
     fn smooth_counts(&self) -> Vec<f64> {
-        let mean = self.averages.mean();
-        let counts = collisions::Means::of(&mean[self.ranks.components()..]).counts;
-        let mut smooth = vec![0.0; counts.len()];
-        self.collisions.smooth(counts, &mut smooth);
+        let (mean, first) = (self.averages.mean(), self.ranks.components());
+        let mut smooth = vec![0.0; self.bins.count()];
+        self.collisions.smooth(&mean[first..first + smooth.len()], &mut smooth);
         smooth
+    }
+
+    /// The averages with the terms of the series in every block.
+    fn completed(&self) -> BlockAverages {
+        let split = self.ranks.components();
+        self.averages.of_halves(split + self.collisions.means(), |halves, completed| {
+            let (ranks, collisions) = completed.split_at_mut(split);
+            for (rank, (first, second)) in ranks.iter_mut().zip(halves[0].iter().zip(halves[1])) {
+                *rank = 0.5 * (first + second);
+            }
+            self.collisions.complete(halves.map(|half| &half[split..]), collisions);
+        })
     }
 
     /// A warning if more than a tenth of the spheres are at heights where the density changes by e

@@ -5,9 +5,11 @@ use crate::equation_of_state::{MOST_TERMS, ModifiedKolafa, Series};
 use crate::field::UniformField;
 use crate::frame::InForce;
 use crate::moves::EventChains;
+use crate::random::{Generator, exponential};
 use crate::start::RandomInsertion;
 use crate::temperature::Isothermal;
 use crate::{EquationOfState, Simulation};
+use rand::SeedableRng;
 
 /// The reduced potential x/5.
 struct Weight;
@@ -200,15 +202,54 @@ fn a_short_run_has_collisions_without_errors() {
     let mut simulation = Simulation::builder(scene).moves(moves).seed(5).build().unwrap();
     let mut fit = EquationOfStateFit::new(&scene).unwrap();
     simulation.equilibrate(200, &mut ()).unwrap();
-    simulation.run(63, &mut fit).unwrap();
+    simulation.run(31, &mut fit).unwrap();
     assert!(matches!(fit.collisions_without_errors().map(|_| ()), Err(Error::TooFewObservations { .. })));
-    simulation.run(193, &mut fit).unwrap();
+    simulation.run(225, &mut fit).unwrap();
     assert!(fit.result().is_err());
     let equation = fit.collisions_without_errors().unwrap();
     for eta in [0.1, 0.2, 0.3] {
         let known = ModifiedKolafa.compressibility_factor(eta);
         approx::assert_relative_eq!(equation.compressibility_factor(eta), known, max_relative = 0.06);
     }
+}
+
+/// The mean of the third term of the series over blocks with independent Poisson counts, at
+/// η = 0.3, over its value at the mean density, less 1; `same` gives both halves the same counts.
+fn bias_of_fluctuations(same: bool) -> crate::statistics::Estimate {
+    const TERM: usize = 2;
+    let slab = Slab::new(30.0, 6.0, 6.0).unwrap();
+    let collisions = Collisions::over(&slab, EquationOfStateFit::SMOOTHING).unwrap();
+    let bins = collisions.bins().count();
+    let mean = 0.3 * collisions.bins().volume() * 6.0 / std::f64::consts::PI;
+    let mut averages = BlockAverages::new(1).unwrap();
+    let (mut generator, mut means) = (Generator::seed_from_u64(1), vec![0.0; collisions.means()]);
+    let mut half = || -> Vec<f64> {
+        let mut poisson = || {
+            let (mut count, mut left) = (-1.0, mean);
+            while left > 0.0 {
+                left -= exponential(&mut generator);
+                count += 1.0;
+            }
+            count
+        };
+        let counts = (0..bins).map(|_| poisson());
+        counts.chain(std::iter::repeat_n(1.0, 2 * bins)).collect()
+    };
+    for _ in 0..20_000 {
+        let first = half();
+        let second = if same { first.clone() } else { half() };
+        collisions.complete([&first, &second], &mut means);
+        averages.push(&[means[(3 + TERM) * bins + bins / 2] / Series::terms(0.3)[TERM] - 1.0]).unwrap();
+    }
+    averages.estimates().unwrap()[0]
+}
+
+#[test]
+fn the_density_of_a_block_may_fluctuate() {
+    let bias = bias_of_fluctuations(false);
+    assert!(bias.deviation_from(0.0).abs() < 4.0 && bias.standard_error < 3e-3, "{bias}");
+    let wrong = bias_of_fluctuations(true);
+    assert!(wrong.deviation_from(0.0) > 4.0 && wrong.mean > 0.01, "{wrong}");
 }
 
 #[test]

@@ -149,3 +149,22 @@ fn misuse_is_a_typed_error_and_broken_numbers_stay_in_their_component() {
     });
     assert!(uneven.unwrap()[1].standard_error.is_nan());
 }
+
+#[test]
+fn functions_of_halves_see_both_halves_and_lose_no_observation() {
+    // Odd numbers of blocks, incomplete blocks, and a merged replica.
+    let mut both = averages((0..5003).map(f64::from));
+    both.merge(&averages((0..71).map(f64::from))).unwrap();
+    let halves = both.of_halves(2, |[first, second], values| {
+        values.copy_from_slice(&[0.5 * (first[0] + second[0]), second[0] - first[0]]);
+    });
+    assert_eq!(halves.observations(), both.observations());
+    assert_eq!((both.block_length(), halves.block_length()), (64, 128));
+    assert_eq!((both.blocks().len(), halves.blocks().len()), (78 + 1, 39));
+    assert_relative_eq!(halves.mean()[0], both.mean()[0], max_relative = 1e-12);
+    // What is not half of a complete block has no difference.
+    for block in halves.blocks() {
+        assert_relative_eq!(block[1], 64.0, max_relative = 1e-12);
+    }
+    assert_relative_eq!(halves.mean()[1], 64.0 * (39.0 * 128.0) / 5074.0, max_relative = 1e-12);
+}

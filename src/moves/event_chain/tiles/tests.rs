@@ -1,5 +1,4 @@
-//! Chains in tiles leave the distribution as it is, however small the tiles are; wrong rules do
-//! not.
+//! Chains in tiles of any size keep the distribution; wrong rules do not.
 
 use super::*;
 use crate::centers::Centers;
@@ -16,7 +15,7 @@ use crate::temperature::Isothermal;
 use crate::{Scene, Slab};
 use rand::SeedableRng;
 
-/// Tiles that are as small as they can be: most of their spheres touch frozen ones.
+/// The smallest tiles: most of their spheres touch frozen ones.
 const SMALL: Sizes = Sizes { spheres: 0.0, least: [0.45, 0.45], together: 2 };
 /// The whole base is one tile.
 const NONE: Sizes = Sizes { spheres: f64::INFINITY, ..SMALL };
@@ -87,7 +86,7 @@ impl<F: Field> Column<F> {
     }
 }
 
-/// Standard errors between an estimate and an exact value; their size is capped.
+/// Deviation of an estimate from an exact value, in standard errors, which are at most `cap`.
 fn deviation(what: &str, estimate: Estimate, exact: f64, cap: f64) -> f64 {
     let deviation = estimate.deviation_from(exact);
     println!("{what}: {estimate} against {exact}, {deviation:.1} sigma, cap {cap}");
@@ -123,7 +122,7 @@ fn one_sphere_in_many_tiles_follows_the_barometric_law() {
         for (estimate, expected) in moments.estimates().unwrap().into_iter().zip(expected) {
             assert!(deviation("moment", estimate, expected, 0.03 * expected).abs() < 4.0);
         }
-        // Every place across is as good as any other.
+        // All places across are equally likely.
         for times in across {
             assert!((f64::from(times) / f64::from(sweeps) - 0.5).abs() < 0.05, "{across:?}");
         }
@@ -163,7 +162,8 @@ fn exact_moments(height: f64, potential: impl Fn(f64) -> f64) -> [f64; 3] {
     [sums[1] / sums[0], sums[2] / sums[0], sums[3] / sums[0]]
 }
 
-/// Mean height, difference in height and nearness of two spheres in tiles, each with what is exact.
+/// Mean height, difference in height and probability of near contact of two spheres in tiles, each
+/// with its exact value.
 fn two_spheres(rule: FieldEvent, frozen: Frozen, sweeps: u64) -> [(Estimate, f64); 3] {
     let (height, temperature) = (6.0, 3.0);
     let field = ExponentialField::new(0.3).unwrap();
@@ -197,7 +197,7 @@ fn two_spheres_tell_what_a_frozen_sphere_must_do() {
         assert!(deviation("difference", difference.0, difference.1, 0.01).abs() < 4.0);
         assert!(deviation("near contact", near.0, near.1, 0.04 * near.1).abs() < 4.0);
     }
-    // Where a chain ends at a frozen sphere, the two stay near each other.
+    // If chains end at frozen spheres, the two stay near each other.
     let [_, difference, near] = two_spheres(FieldEvent::Relocate, Frozen::Ends, 600_000);
     assert!(deviation("difference", difference.0, difference.1, 0.02) < -4.0);
     assert!(deviation("near contact", near.0, near.1, 0.005) > 4.0);

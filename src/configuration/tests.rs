@@ -400,8 +400,8 @@ fn spheres_either_side_of_a_periodic_edge_meet() {
 
 #[test]
 fn cells_are_wide_enough_at_their_rounded_edges() {
-    // Of two points whose cells are not neighbors, no rounding may put one less than a diameter from
-    // the other. The danger is an extent just above an integer, and most of all a tall one.
+    // Of two points whose cells are not neighbors, no rounding may put one less than a diameter
+    // from the other. The danger is an extent just above an integer, and most of all a tall one.
     for integer in [4.0, 5.0, 64.0, 400.0, 4096.0, 99_999.0] {
         for excess in [0.0, 1e-15, 1e-14, 1e-13, 1e-12, 3e-12, 1e-11, 3e-11, 1e-10, 1e-9, 1e-8] {
             let height = integer * (1.0 + excess);

@@ -436,8 +436,8 @@ mod tests {
                 *square += point.deviation.deviation_from(0.0).powi(2) / RUNS as f64;
             }
         }
-        // The claimed error is high by about 6 % and scatters by 13 %: expected square 0.95; that of 200
-        // runs scatters by 0.1.
+        // The claimed error is high by about 6 % and scatters by 13 %: expected square 0.95; that
+        // of 200 runs scatters by 0.1.
         assert!(squares.iter().all(|square| (square - 0.95).abs() < 0.4), "{squares:?}");
     }
 

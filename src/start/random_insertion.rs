@@ -53,8 +53,8 @@ impl Start for RandomInsertion {
         let slab = scene.slab();
         let [width_y, width_z] = slab.widths();
         let requested = scene.particles();
-        // Centers keep half a diameter off the walls; the density is that of the slab between surfaces,
-        // so that the paper's 25 000 spheres fill its 400 diameters.
+        // Centers keep half a diameter off the walls; the density is that of the slab between
+        // surfaces, so that the paper's 25 000 spheres fill its 400 diameters.
         let top = scene.column_density() / self.number_density;
         let range = (top.min(slab.height()) - 1.0).max(0.0);
         let mut configuration = Configuration::empty(*slab);

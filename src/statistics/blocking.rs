@@ -188,8 +188,9 @@ mod tests {
 
     #[test]
     fn errors_of_autoregressive_series_are_right() {
-        // Exact up to 2τ²/N of it (below 1 %), plus what the test cannot see. The mean of 400 squared
-        // Gaussian deviations scatters by √(2/400) = 7 %, and by more if the errors scatter.
+        // Exact up to 2τ²/N of it (below 1 %), plus what the test cannot see. The mean of 400
+        // squared Gaussian deviations scatters by √(2/400) = 7 %, and by more if the errors
+        // scatter.
         for (correlation, length) in [(0.0, 1024), (0.5, 1024), (0.9, 8192), (0.9, 10_000), (0.98, 16_384)] {
             let (claimed, squared) = calibration(correlation, length);
             assert!((claimed - 1.0).abs() < 0.05, "{correlation}, {length}: {claimed}");
@@ -247,7 +248,8 @@ mod tests {
             mean += estimate.mean / SERIES as f64;
             claimed += estimate.standard_error.powi(2) / SERIES as f64;
         }
-        // For Gaussian numbers the squares' correlation is φ²: variance of the result 2(1 + φ²)/(1 − φ²)/N.
+        // For Gaussian numbers the squares' correlation is φ²: variance of the result 2(1 + φ²)/(1
+        // − φ²)/N.
         let exact = 2.0 * (1.81 / 0.19) / 2048.0;
         assert!((mean - 1.0).abs() < 3.0 * (exact / SERIES as f64).sqrt(), "{mean}");
         assert!((claimed / exact - 1.0).abs() < 0.2, "{}", claimed / exact);

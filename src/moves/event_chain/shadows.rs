@@ -69,7 +69,8 @@ impl Shadows {
         const MARGIN: f64 = 1e-6;
         let side = 2.0 / PIXELS as f64;
         let corner = |pixel: usize| [pixel / PIXELS, pixel % PIXELS].map(|index| index as f64 * side - 1.0);
-        // Least and largest squared distance of points near two squares, the second of them a pixel.
+        // Least and largest squared distance of points near two squares, the second of them a
+        // pixel.
         let distances = |from: [f64; 2], size: f64, blur: f64, pixel: usize| {
             let to = corner(pixel);
             let (mut least, mut largest) = (0.0, 0.0);

@@ -257,7 +257,8 @@ fn a_column_in_small_tiles_agrees_with_one_in_none() {
     assert!(deviation("contact", found[0], 96.0 / 30.0 / 3.0, 0.05).abs() < 4.0);
     let found = deviations(&found);
     assert!(found.iter().all(|deviation| deviation.abs() < 4.0), "{found:?} sigma");
-    // A chain that ends at a frozen sphere leaves the base too full, and the center of mass too low.
+    // A chain that ends at a frozen sphere leaves the base too full, and the center of mass too
+    // low.
     let wrong = deviations(&observe(SMALL, Frozen::Ends, SWEEPS / 5));
     assert!(wrong[1] < -4.0, "{wrong:?} sigma");
 }

@@ -10,14 +10,6 @@ use thiserror::Error;
 ///
 /// Both `{}` and `{:?}` print one sentence that includes the cause. A program with `fn main() ->
 /// Result<(), gradient_mc::Error>` therefore ends with a readable message.
-///
-/// ```
-/// use gradient_mc::{Error, Slab};
-/// match Slab::new(60.0, 2.0, 6.0) {
-///     Err(Error::SlabTooSmall { direction, minimum, .. }) => assert_eq!((direction, minimum), ('y', 3.0)),
-///     other => panic!("{other:?}"),
-/// }
-/// ```
 #[derive(Error)]
 #[non_exhaustive]
 pub enum Error {

@@ -308,6 +308,21 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
 
     /// The balance of forces recorded in the production run so far. `None` in an isothermal scene,
     /// where the balance always holds. Records of replicas can be merged.
+    ///
+    /// ```
+    /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::ExponentialTemperature};
+    /// let temperature = ExponentialTemperature::new(5.0, 0.02)?;
+    /// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 180, UniformField::default(), temperature)?;
+    /// let mut simulation = Simulation::builder(scene).seed(1).build()?;
+    /// simulation.equilibrate(300, &mut ())?;
+    /// simulation.run(200, &mut ())?;
+    /// let balance = simulation.force_balance().ok_or("isothermal")?;
+    /// assert_eq!(balance.observations(), 40);
+    /// for point in balance.ratios()?.iter().filter(|point| point.load > 0.05) {
+    ///     println!("{:4.1}  {}", point.height, point.ratio);
+    /// }
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn force_balance(&self) -> Option<&ForceBalance> {
         self.balance.as_deref()
     }

@@ -26,21 +26,6 @@ use std::fmt;
 /// compare runs from a dense and a dilute start. It does not resolve heights within a band, but
 /// only averages over each. If T changes much within a band, P/n of narrow bins may be off by more
 /// than 10 % in a run that is converged to 2 %.
-///
-/// ```
-/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::ExponentialTemperature};
-/// let temperature = ExponentialTemperature::new(5.0, 0.02)?;
-/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 180, UniformField::default(), temperature)?;
-/// let mut simulation = Simulation::builder(scene).seed(1).build()?;
-/// simulation.equilibrate(300, &mut ())?;
-/// simulation.run(200, &mut ())?;
-/// let balance = simulation.force_balance().ok_or("isothermal")?;
-/// assert_eq!(balance.observations(), 40);
-/// for point in balance.ratios()?.iter().filter(|point| point.load > 0.05) {
-///     println!("{:4.1}  {}", point.height, point.ratio);
-/// }
-/// # Ok::<(), Box<dyn std::error::Error>>(())
-/// ```
 #[derive(Debug, Clone)]
 pub struct ForceBalance {
     base_area: f64,

@@ -1,19 +1,19 @@
-//! How fast event chains relax a column: `cargo bench --bench chains [SECONDS [WIDTH]] [ROW]`.
+//! Relaxation times of a column by event chains: `cargo bench --bench chains [SECONDS [WIDTH]] [ROW]`.
 //!
-//! SECONDS of CPU time are spent on each half of a row (default 2, in all some 100 s); WIDTH is
-//! that of the square base (default 5, for 1000 spheres); only rows whose name contains ROW are
+//! SECONDS of CPU time are spent on each half of a row (default 2, in all about 100 s); WIDTH is
+//! that of the square base (default 5, for 1000 spheres); only rows whose names contain ROW are
 //! measured. The paper's column at temperature 20, N/A = 40. All times are CPU time of this thread.
 //!
-//! - `h_c`: two columns, equilibrated at higher and lower temperature, go on at T = 20; the
-//!   relaxation time is the area under the difference of their centers of mass, over its value at
-//!   first. In linear response that is the integrated autocorrelation time of `h_c`, at a fraction
-//!   of the cost of measuring it in equilibrium. What was cut off is taken for the rest of an
-//!   exponential.
+//! - `h_c`: two columns, equilibrated at a higher and a lower temperature, relax at T = 20. The
+//!   relaxation time is the area under the difference of their centers of mass, divided by its
+//!   initial value. In linear response this is the integrated autocorrelation time of `h_c`, at a
+//!   fraction of the cost of measuring it in equilibrium. Beyond the last sweep the difference is
+//!   extrapolated as an exponential.
 //! - layer, bulk: integrated autocorrelation time of the number of spheres between 0.5 and 1, where
 //!   structure is strongest, and between 20 and 20.5. The automatic window loses slow modes of
-//!   small amplitude, so that these are lower limits where `h_c` is slow.
+//!   small amplitude, so these are lower limits where `h_c` is slow.
 //!
-//! First the Newtonian chains, which are not the library's, are checked against exact results.
+//! First the Newtonian chains, which are not in the library, are checked against exact results.
 
 #![allow(clippy::print_stdout, clippy::needless_range_loop)]
 

@@ -47,6 +47,8 @@ pub(crate) fn run(turns: usize) -> Result<(), Failure> {
             table.row(&format!("{particles}, {name}"), cells);
         }
     }
-    println!("\nwhat the feedback costs: T = 20 exp(-0.02 x), medians of {turns} turns, CPU time\n{table}");
+    println!(
+        "\ncost of the effective field: T = 20 exp(-0.02 x), medians of {turns} turns, CPU time\n{table}"
+    );
     Ok(())
 }

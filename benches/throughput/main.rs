@@ -2,11 +2,11 @@
 //! `--features rayon`, also what a second thread gains; with `-- --largest 10000000`, up to ten
 //! million spheres.
 //!
-//! Two homogeneous scenes without gravity bound what a column contains: a dense fluid (packing
+//! Two homogeneous scenes without gravity are the limits of a column: a dense fluid (packing
 //! fraction 0.45, S = 0.12), where overlap tests dominate, and the paper's dilute start (n = 0.1,
-//! S = 0.75), where memory does. In each, three programs take turns: the paper's algorithm written
-//! plainly, the library, and the library with a drive specialized by hand, which shows what being
-//! generic costs. Ratios are medians over turns, in CPU time: absolute figures drift
+//! S = 0.75), where memory access does. In each, three programs take turns: a plain implementation
+//! of the paper's algorithm, the library, and the library with a drive specialized by hand, which
+//! shows the cost of generic code. Ratios are medians over turns, in CPU time; absolute times drift
 //! on a busy machine.
 
 #![allow(clippy::print_stdout)]

@@ -1,16 +1,15 @@
 //! CPU time until the error of `h_c`, n(x) and P(x) falls below half a per cent: `cargo bench
 //! --bench time_to_accuracy`.
 //!
-//! The paper's column (T = 20, N/A = 40, 400 high) on a narrower base, by every way of moving there
-//! is and from both starts. The error is the true one, against a long reference run by event
-//! chains: the root mean square over independent replicas, of averages over the second half of the
-//! run so far. So it contains whatever the start has left behind. Times are CPU seconds of the
-//! thread that does the work; ratios within one run are to be quoted, since absolute times drift on
-//! a shared machine.
+//! The paper's column (T = 20, N/A = 40, 400 high) on a narrower base, with all moves and from both
+//! starts. The error is the true one, relative to a long reference run by event chains: the root
+//! mean square over independent replicas, for averages over the second half of the run so far. So
+//! it contains the remaining influence of the start. Times are CPU seconds of the thread. Quote
+//! ratios within one run, since absolute times drift on a shared machine.
 //!
-//! With `-- --wall`, the time of the clock: two replicas on two threads, whose profiles are
-//! averaged, against the paper's algorithm on one core. With `--patience 2000` or so every method
-//! runs until it has reached the target, and nothing is extrapolated.
+//! With `-- --wall`, wall time: two replicas on two threads, whose profiles are averaged, compared
+//! with the paper's algorithm on one core. With `--patience 2000` or more every method runs until
+//! it reaches the target, and nothing is extrapolated.
 
 #![allow(clippy::print_stdout)]
 
@@ -38,12 +37,12 @@ struct Arguments {
     /// Relative error to be reached
     #[arg(long, default_value_t = 0.005)]
     target: f64,
-    /// CPU seconds after which a replica gives up; with `--wall`, seconds of the clock. A method
-    /// stops anyway as soon as it has reached the target
+    /// CPU seconds of the longest run; with `--wall`, seconds of wall time. A method stops as soon
+    /// as it reaches the target
     #[arg(long, default_value_t = 40.0)]
     patience: f64,
-    /// Measure instead the time of the clock to the target in P(x): two replicas on two threads
-    /// against one of the paper's algorithm; only an idle machine tells
+    /// Measure the wall time to the target in P(x): two replicas on two threads, compared with one
+    /// of the paper's algorithm; needs an idle machine
     #[arg(long)]
     wall: bool,
     /// Directory for the table and the picture

@@ -102,10 +102,10 @@ pub(crate) fn compare(arguments: &Arguments, reference: &Profile) -> Result<(), 
     }
     println!("\n{table}");
     println!(
-        "seconds of the clock; cores: CPU over clock, below the number of threads if the machine was not idle."
+        "seconds of wall time; cores: CPU time over wall time, below the number of threads if the machine was not idle."
     );
     println!(
-        "≥: not reached; as if the error fell with the square root of time from the last checkpoint on."
+        "≥: not reached; extrapolated with an error proportional to 1/sqrt(time) from the last checkpoint on."
     );
     Ok(())
 }

@@ -63,7 +63,7 @@ pub(crate) enum StartChoice {
 /// Moves of a sweep.
 #[derive(ValueEnum, Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum MovesChoice {
-    /// Event chains: rejection-free, the column relaxes about a thousand times faster
+    /// Event chains: no rejections, and the column relaxes more than a hundred times faster
     Chains,
     /// Trial displacements of single spheres, as in the paper
     Local,

@@ -116,8 +116,8 @@ pub(crate) fn remarks(protocol: &Protocol, reports: &[Report], threads: usize, e
         let seconds = work * busy / spheres_moved / thread_count(threads) as f64;
         let moves = protocol.moves_name();
         text.push_str(&format!(
-            "\nEvery replica started at the profile of theory, and with these moves a column relaxes in about\n\
-             {memory} sweeps. Agreement of h_c with theory, or a small drift, is therefore no proof of the steady state.\n\
+            "\nEvery replica starts at the theoretical profile, and with these moves a column relaxes in about\n\
+             {memory} sweeps. Agreement of h_c with theory, or a small drift, is therefore no proof of equilibrium.\n\
              To test it, compare runs that start too high and too low (about {} each):\n\n",
             in_words(Duration::from_secs_f64(seconds)),
         ));

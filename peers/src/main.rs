@@ -19,7 +19,7 @@ const TOLERANCE: f64 = 0.02;
 /// Times hoomd-mc 1.4 against gradient-mc, in turns, on three states.
 #[derive(Parser, Debug)]
 struct Arguments {
-    /// Turns of every engine
+    /// Turns of each program
     #[arg(long, default_value_t = 9)]
     turns: usize,
 
@@ -27,15 +27,15 @@ struct Arguments {
     #[arg(long, default_value_t = 0.5)]
     seconds: f64,
 
-    /// Three short turns after a short preparation: to see that it works
+    /// Three short turns after a short preparation, to test the program
     #[arg(long)]
     quick: bool,
 
-    /// Only the states whose name begins so (dense, dilute, column)
+    /// Only the states whose names begin with this (dense, dilute, column)
     #[arg(long, default_value = "")]
     state: String,
 
-    /// Instead, hoomd-mc alone with other settings, to see which are its fastest
+    /// Only hoomd-mc with other settings, to find its fastest
     #[arg(long)]
     tune: bool,
 }
@@ -66,7 +66,7 @@ fn sequential(state: &State, positions: &[[f64; 3]], arguments: &Arguments) -> R
     let difference = ours.acceptance_inside() / cube.acceptance() - 1.0;
     println!("  acceptances of the same trials (cube), without those that leave a domain, differ by {:+.2} %", 100.0 * difference);
     if difference.abs() > TOLERANCE {
-        return Err(format!("{}: the engines do not simulate the same thing", state.name).into());
+        return Err(format!("{}: the programs do not simulate the same system", state.name).into());
     }
     Ok(())
 }

@@ -259,7 +259,7 @@ impl Leader<'_> {
             of_rank.is_lost = true;
             let silence = of_rank.heard.elapsed().as_secs();
             self.progress.say(&format!(
-                "rank {rank} has been silent for {silence} s: its runs are given up until the next command"
+                "rank {rank} has been silent for {silence} s: its runs are left for the next command"
             ));
             let tasks = self.job.table.tasks();
             for task in self.dispatch.lost(rank) {

@@ -163,7 +163,7 @@ mod tests {
         }
         assert!(holds(|verdicts| verdicts.is_so("1", "so", true)));
         assert!(!holds(|verdicts| verdicts.is_so("1", "so", false)));
-        assert!(!holds(|_| ()), "who claims nothing has shown nothing");
+        assert!(!holds(|_| ()), "a study without a claim fails");
     }
 
     #[test]

@@ -99,7 +99,7 @@ fn replica(
     let mut profile =
         Every::new(5, EquationOfStateProfile::new(&slab, Bins::of_width(0.25).from(0.5).to(HEIGHT - 0.5))?);
     watch.run(&mut simulation, sweeps, 1, &mut profile)?;
-    let balance = simulation.force_balance().ok_or("there is a field to be judged")?.clone();
+    let balance = simulation.force_balance().ok_or("no balance of forces was recorded")?.clone();
     Ok((profile.observer, balance, simulation.warnings()))
 }
 

@@ -12,7 +12,7 @@ pub const NAMES: [&str; 4] = ["ideal gas", "theory", "functional", "simulation"]
 pub const PLAN: usize = 3;
 /// Seeds over which the error of a shorter plan is averaged.
 const SEEDS: u64 = 3;
-/// A plan is dear if this part of its sweeps is enough.
+/// A plan is too expensive if this part of its sweeps is enough.
 pub const PART: f64 = 1.0 / 9.0;
 
 /// A model that was chosen, and what became of it. Deviations are from the reference, without what
@@ -168,7 +168,7 @@ pub fn line(number: usize, parameters: &Parameters, judged: &Judged) -> String {
         judged if !judged.is_adequate => "none adequate",
         judged if !judged.was_run() => "not run",
         judged if !judged.is_right() => "WRONG",
-        judged if judged.is_dear() => "right, dear",
+        judged if judged.is_dear() => "right, too expensive",
         _ => "right",
     };
     let close = if judged.is_close() { " (close)" } else { "" };

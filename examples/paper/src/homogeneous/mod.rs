@@ -90,19 +90,19 @@ impl Homogeneous {
     }
 
     /// Smallest distance of two spheres; slow, for tests.
-    #[allow(dead_code, reason = "only tests look")]
+    #[allow(dead_code, reason = "for tests only")]
     pub fn smallest_distance(&self) -> f64 {
         self.cells.smallest_distance()
     }
 
     /// The largest displacement of local moves along each axis.
-    #[allow(dead_code, reason = "tests do not ask")]
+    #[allow(dead_code, reason = "not used by tests")]
     pub fn displacement(&self) -> f64 {
         self.maximum_displacement
     }
 
     /// Makes `sweeps` sweeps without sampling; returns the number of trials or collisions.
-    #[allow(dead_code, reason = "tests do not ask")]
+    #[allow(dead_code, reason = "not used by tests")]
     pub fn moves(&mut self, sweeps: u64) -> u64 {
         (0..sweeps)
             .map(|_| match self.technique {

@@ -63,11 +63,12 @@ fn summary(count: &Count, quantity: Quantity, scenes: usize) -> String {
     let Count { right, wrong, not_run, close, dear, chosen, cheapest, always } = *count;
     let mut text = format!(
         "{quantity:?}: right {right} of {scenes}, wrong {wrong}, simulations not run {not_run}; within two errors of the tolerance {close}; \
-         right and needlessly dear {dear}"
+         right, but too expensive {dear}"
     );
     for place in 0..=PLAN {
-        let always = always.get(place).map_or(String::new(), |right| format!("; always: right {right}"));
-        let lines = [NAMES[place], ": chosen ", &chosen[place].to_string(), ", of which not dear "];
+        let always =
+            always.get(place).map_or(String::new(), |right| format!("; right if always chosen {right}"));
+        let lines = [NAMES[place], ": chosen ", &chosen[place].to_string(), ", of these not too expensive "];
         text.push_str("\n  ");
         text.extend(lines);
         text.push_str(&cheapest[place].to_string());

@@ -115,7 +115,7 @@ impl Run<'_> {
         // The dilute top decorrelates within a sweep, so frequent samples are useful.
         let mut observers = Every::new(2, (profile(&self.column.slab)?, CenterOfMass::new()));
         watch.run(&mut simulation, sweeps, 1, &mut observers)?;
-        let balance = simulation.force_balance().ok_or("there is a field to be judged")?.clone();
+        let balance = simulation.force_balance().ok_or("no balance of forces was recorded")?.clone();
         let warnings = simulation.warnings();
         // The paper's moves, from here on, for the mobility, in the theory's field, which is within a fifth
         // of a per cent of the one that was measured.
@@ -152,7 +152,7 @@ impl Run<'_> {
         let slab = &self.column.slab;
         let mut observers = Every::new(10, (profile(slab)?, CenterOfMass::new(), mobility(slab)?));
         watch.run(&mut simulation, sweeps, 1, &mut observers)?;
-        let balance = simulation.force_balance().ok_or("there is a field to be judged")?.clone();
+        let balance = simulation.force_balance().ok_or("no balance of forces was recorded")?.clone();
         let (profile, center_of_mass, mobility) = observers.observer;
         let warnings = simulation.warnings();
         Ok(Measured { profile, center_of_mass, mobility, balance, side: self.side, warnings })

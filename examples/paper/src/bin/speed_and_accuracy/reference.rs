@@ -183,8 +183,8 @@ fn store(system: System, seed: u64, runs: &Runs, control: &Runs, path: &Path) ->
         ),
         format!("total variation distance between above and below: {sides:.2e}, expected from errors {sides_expected:.2e}"),
         format!(
-            "misplaced between {WIDTH} x {WIDTH} and {CONTROL_WIDTH} x {CONTROL_WIDTH}: {bases:.2e}, by errors \
-             {bases_expected:.2e}; h_c of the smaller base {:.5} +- {:.5}",
+            "total variation distance between {WIDTH} x {WIDTH} and {CONTROL_WIDTH} x {CONTROL_WIDTH}: {bases:.2e}, expected \
+             from errors {bases_expected:.2e}; h_c of the smaller base {:.5} +- {:.5}",
             small.center_of_mass, small.center_of_mass_error
         ),
         "lengths in d, densities in d^-3 (means over bins one diameter high), pressures in m g/d^2 (at the middles); \

@@ -242,7 +242,7 @@ pub(crate) fn write_points(all: &[Data<'_>], report: &Report) -> Result<(), Fail
     writeln!(
         file,
         "# CPU seconds of the slowest thread; errors: total variation distance, largest error of P over P at the base, relative rms \
-         over the bulk, relative of h_c; claimed ones are empty where nothing is claimed"
+         over the bulk, relative of h_c; estimated errors are empty where there is no estimate"
     )?;
     let mut writer = csv::Writer::from_writer(file);
     writer.write_record([

@@ -164,7 +164,7 @@ impl Judge {
             for (name, opponent) in [
                 ("event chains", report::time_to(contest, Way::Chains, task, target, true)),
                 (
-                    "event chains at the library's pace",
+                    "event chains at the speed of the library",
                     report::time_to(contest, Way::ChainsAtPace, task, target, true),
                 ),
                 ("local moves", report::time_to(contest, Way::Local, task, target, true)),
@@ -173,7 +173,7 @@ impl Judge {
                     let gain = opponent.seconds / gradient.seconds;
                     let outcome = if gain > 1.0 { "faster" } else { "slower" };
                     println!(
-                        "time of {name} over that of the gradient at {}: {gain:.3} (the gradient is {outcome})",
+                        "time of homogeneous {name} over that of the column, {}: {gain:.3} (the column is {outcome})",
                         task.label()
                     );
                 }

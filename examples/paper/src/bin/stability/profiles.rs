@@ -27,7 +27,7 @@ fn local() -> Result<Moves, gradient_mc::Error> {
     Ok(LocalMoves::mixture(&[0.5, 1.5])?.into())
 }
 
-#[allow(clippy::unnecessary_wraps, reason = "as the other maker")]
+#[allow(clippy::unnecessary_wraps, reason = "same signature as the other constructor")]
 fn chains() -> Result<Moves, gradient_mc::Error> {
     Ok(EventChains::default().into())
 }

@@ -8,7 +8,7 @@ use paper::table::Table;
 /// One row per series of every map.
 pub(crate) fn table(maps: &[Measured]) -> Table {
     let mut table =
-        Table::new(["map: series", "right", "fails at …", "how", "warnings", "warned though right"]);
+        Table::new(["map: series", "right", "fails at …", "how", "warnings", "right, with a warning"]);
     for map in maps {
         let mut names: Vec<&str> = Vec::new();
         for point in &map.points {

@@ -146,7 +146,7 @@ fn intervals_with_a_failed_sweep_do_not_count() {
         let chains = ChainPressureProfile::new(&slab, Bins::count(1)).unwrap();
         let fit = EquationOfStateFit::new(simulation.scene()).unwrap();
         let mut observers = (displacement, chains, fit);
-        simulation.run(40, &mut observers).unwrap();
+        simulation.run(20, &mut observers).unwrap();
         // Where the fault is met in the middle of a sweep, and of a chain; ten times in one interval, and
         // once more.
         for times in [10, 1] {
@@ -157,10 +157,10 @@ fn intervals_with_a_failed_sweep_do_not_count() {
             on.store(false, Ordering::Relaxed);
             simulation.run(10, &mut observers).unwrap();
         }
-        assert_eq!(simulation.sweep(), 60);
-        assert_eq!((observers.0.observations(), observers.1.observations()), (57, 60));
-        // The last interval of 64 began at the frame after the last failure, the 51st.
-        simulation.run(53, &mut observers).unwrap();
+        assert_eq!(simulation.sweep(), 40);
+        assert_eq!((observers.0.observations(), observers.1.observations()), (37, 40));
+        // The last interval of 32 began at the frame after the last failure, the 31st.
+        simulation.run(21, &mut observers).unwrap();
         assert_eq!(observers.2.intervals(), 0);
         simulation.run(1, &mut observers).unwrap();
         assert_eq!(observers.2.intervals(), 1);

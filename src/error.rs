@@ -464,7 +464,7 @@ pub enum Error {
     },
     /// A file of a checkpoint cannot be written or read. The source is the cause.
     #[cfg(feature = "checkpoint")]
-    #[error("{}", path.display())]
+    #[error("{}: {source}", path.display())]
     #[non_exhaustive]
     CheckpointFile {
         /// The file, or the folder.

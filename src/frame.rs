@@ -45,6 +45,21 @@ impl InForce for Still {
 }
 
 /// A configuration after a complete sweep, with the data of the run that observers need.
+///
+/// ```
+/// use gradient_mc::{Phase, Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 36, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let mut simulation = Simulation::builder(scene).build()?;
+/// simulation.equilibrate(10, &mut ())?;
+/// simulation.run(5, &mut ())?;
+/// let frame = simulation.frame();
+/// assert_eq!((frame.sweep(), frame.phase(), frame.sweep_of_phase()), (15, Phase::Production, 5));
+/// let lowest = frame.heights().fold(f64::INFINITY, f64::min);
+/// assert!((0.5..60.0).contains(&lowest));
+/// // In an isothermal column u = φ/T.
+/// assert!((frame.reduced_force(3.0) - 1.0 / 5.0).abs() < 1e-12);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Clone, Copy)]
 pub struct Frame<'a> {
     pub(crate) scene: AnyScene<'a>,
@@ -171,6 +186,17 @@ impl<'a> Frame<'a> {
 }
 
 /// Counts of moves tried and accepted since the simulation was built.
+///
+/// ```
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, moves::LocalMoves, temperature::Isothermal};
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 36, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let mut simulation = Simulation::builder(scene).moves(LocalMoves::new(0.5)?).build()?;
+/// simulation.run(10, &mut ())?;
+/// let counts = simulation.move_counts();
+/// assert_eq!((counts.trials, counts.chains), (360, 0));
+/// println!("{:.0} % accepted", 100.0 * counts.acceptance());
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]

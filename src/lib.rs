@@ -46,6 +46,11 @@
 //! interface, so a new major version of either is a new major version of this crate. Variants of
 //! [`Error`] and [`Warning`] may get more fields in any version: match them with `..`.
 //!
+//! ```
+//! use gradient_mc::{Error, Slab};
+//! assert!(matches!(Slab::new(60.0, 2.0, 6.0), Err(Error::SlabTooSmall { direction: 'y', .. })));
+//! ```
+//!
 //! # Limits
 //! Equal hard spheres; at most 2·10⁸ cubic diameters; a self-consistent field that has to be
 //! checked (`docs/physics.md`, "Known limits").

@@ -345,10 +345,10 @@ mod tests {
             );
         }
         assert_eq!((monitor.sweeps(), monitor.generation(), monitor.interval), (40_000, 3, 512));
-        // Two spheres, always somewhere.
+        // Two spheres in total.
         let occupancy: f64 = monitor.mean_occupancy().unwrap().iter().sum();
         assert!((occupancy - 2.0).abs() < 1e-9);
-        // Another production run begins.
+        // Production starts again.
         show(&mut monitor, &slab, 7.0, 1, 4);
         assert_eq!((monitor.center_of_mass(), monitor.sweeps(), monitor.generation()), (&[7.0][..], 1, 4));
     }

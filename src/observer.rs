@@ -260,6 +260,19 @@ observe_tuple!(A 0, B 1, C 2, D 3, E 4, G 5);
 
 /// Calls the observer inside after every `interval`-th sweep. A [`Recorder`] still gets the moves
 /// of all sweeps.
+///
+/// ```
+/// use gradient_mc::{Every, ObserverFn, Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 36, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let mut sweeps = Vec::new();
+/// let observer = ObserverFn::new(|frame| {
+///     sweeps.push(frame.sweep());
+///     Ok(())
+/// });
+/// Simulation::builder(scene).build()?.run(35, &mut Every::new(10, observer))?;
+/// assert_eq!(sweeps, [10, 20, 30]);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct Every<O> {
     interval: u64,

@@ -278,7 +278,7 @@ mod tests {
 
     #[test]
     fn seeds_are_as_documented_and_all_different() {
-        // Computed apart, in arithmetic of any length.
+        // Computed independently, in arithmetic of arbitrary precision.
         let golden = [
             (0, 0, 0, 0x2382_75bc_38fc_be91),
             (1, 0, 0, 0xb18a_02f4_6d8d_86c3),
@@ -358,8 +358,8 @@ mod tests {
     fn a_panic_reaches_the_caller_and_hangs_nobody() {
         for threads in [1, 3] {
             let begun = AtomicUsize::new(0);
-            // So many that it ends only if others stop: how many they begin while one prints its panic and
-            // unwinds is a matter of the machine's load.
+            // So many that the run ends only if the other threads stop. How many they begin
+            // meanwhile depends on the load of the machine.
             let caught = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| {
                 Replicas::new(usize::MAX / 2).threads(threads).run(|replica| {
                     begun.fetch_add(1, Ordering::SeqCst);

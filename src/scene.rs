@@ -50,6 +50,16 @@ pub struct Scene<F, T> {
 }
 
 /// One of the two hard walls of a slab.
+///
+/// ```
+/// use gradient_mc::{Scene, Slab, Wall, field::UniformField, temperature::Isothermal};
+/// let (slab, temperature) = (Slab::new(60.0, 6.0, 6.0)?, Isothermal::new(5.0)?);
+/// let open_end = |acceleration: f64| -> Result<Wall, gradient_mc::Error> {
+///     Ok(Scene::new(slab, 36, UniformField::new(acceleration)?, temperature)?.open_end())
+/// };
+/// assert_eq!((open_end(1.0)?, open_end(-1.0)?), (Wall::Lid, Wall::Base));
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Wall {
     /// At x = 0.

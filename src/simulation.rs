@@ -70,6 +70,19 @@ pub struct Simulation<F, T, S: Scheme<F, T> = Automatic> {
 }
 
 /// Builder of a [`Simulation`]: sets its scheme, start, moves and seed, in any order.
+///
+/// ```
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+/// use gradient_mc::{moves::LocalMoves, start::ClosePacked};
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 360, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let builder = Simulation::builder(scene).start(ClosePacked).moves(LocalMoves::tuned()).seed(1);
+/// // The same seed gives the same run.
+/// let (mut one, mut other) = (builder.clone().build()?, builder.build()?);
+/// one.run(10, &mut ())?;
+/// other.run(10, &mut ())?;
+/// assert_eq!(one.positions(), other.positions());
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Clone)]
 pub struct SimulationBuilder<F, T, S = Automatic> {
     scene: Scene<F, T>,
@@ -295,6 +308,21 @@ impl<F: Field, T: TemperatureProfile, S: Scheme<F, T>> Simulation<F, T, S> {
 
     /// The balance of forces recorded in the production run so far. `None` in an isothermal scene,
     /// where the balance always holds. Records of replicas can be merged.
+    ///
+    /// ```
+    /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::ExponentialTemperature};
+    /// let temperature = ExponentialTemperature::new(5.0, 0.02)?;
+    /// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 180, UniformField::default(), temperature)?;
+    /// let mut simulation = Simulation::builder(scene).seed(1).build()?;
+    /// simulation.equilibrate(300, &mut ())?;
+    /// simulation.run(200, &mut ())?;
+    /// let balance = simulation.force_balance().ok_or("isothermal")?;
+    /// assert_eq!(balance.observations(), 40);
+    /// for point in balance.ratios()?.iter().filter(|point| point.load > 0.05) {
+    ///     println!("{:4.1}  {}", point.height, point.ratio);
+    /// }
+    /// # Ok::<(), Box<dyn std::error::Error>>(())
+    /// ```
     pub fn force_balance(&self) -> Option<&ForceBalance> {
         self.balance.as_deref()
     }

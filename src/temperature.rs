@@ -68,6 +68,14 @@ forward_profile!(&T, Box<T>, Arc<T>);
 
 /// The same temperature at all heights. The simulation is an ordinary equilibrium simulation
 /// without an effective field.
+///
+/// ```
+/// use gradient_mc::temperature::{Isothermal, TemperatureProfile};
+/// let profile = Isothermal::new(5.0)?;
+/// assert_eq!((profile.temperature(3.0), profile.constant()), (5.0, Some(5.0)));
+/// assert!(Isothermal::new(0.0).is_err());
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Isothermal {
     temperature: f64,

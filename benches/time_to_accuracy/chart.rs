@@ -27,7 +27,7 @@ fn panel(
     let high = power(seconds().fold(0.0, f64::max).log10().ceil());
     let place = Place { left, top: 0.07, width: 0.5, height: 0.93 };
     let mut panel =
-        Panel::new(place, Axis::logarithmic("CPU seconds", low, high), Axis::logarithmic(label, 1e-4, 1e3))
+        Panel::new(place, Axis::logarithmic("CPU seconds", low, high), Axis::logarithmic(label, 1e-4, 1e4))
             .line("half a per cent", colors::GRAY, Mark::Dashed, [(low, target), (high, target)]);
     if left < 0.25 {
         panel = panel.with_legend(Corner::TopRight);

@@ -90,7 +90,7 @@ fn main() -> Result<(), Failure> {
     }
     println!("\n{}", table(&runs, arguments.target));
     println!(
-        "≥: not reached; if the error was below {} % at the end, as if it fell on with the square root of time.",
+        "≥: not reached; extrapolated by 1/√time where the error at the end was below {} %.",
         100.0 * NEAR * arguments.target
     );
     chart::draw(&runs, arguments.target, &arguments.out.join("time_to_accuracy"))?;
@@ -145,9 +145,9 @@ fn measure(method: Method, arguments: &Arguments, reference: &Profile) -> Result
 }
 
 /// CPU seconds at which an error falls below the target for good: between checkpoints by a power
-/// law. Beyond the last, at least those of the last; and where the error has come near the target,
-/// as if it fell on with the square root of time, which is too early for a column that has not yet
-/// relaxed. (Far from the target the column may still be falling, and that goes faster.)
+/// law. Beyond the last, at least those of the last; where the error has come near the target, it is
+/// extrapolated by 1/√time. That is too early for a column that has not yet relaxed; far from the
+/// target the column may still be falling, which is faster.
 #[derive(Debug, Clone, Copy)]
 struct Crossing {
     seconds: f64,

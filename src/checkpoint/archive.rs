@@ -92,7 +92,9 @@ impl<'a> Archive<'a> {
         match self.direction {
             Direction::Write(bytes) => Ok(bytes),
             Direction::Read([]) => Ok(Vec::new()),
-            Direction::Read(_) => Err(Error::CheckpointDamaged { what: "something is left over".into() }),
+            Direction::Read(_) => {
+                Err(Error::CheckpointDamaged { what: "it contains additional data".into() })
+            }
         }
     }
 

@@ -56,7 +56,7 @@ impl<'a> Reader<'a> {
     pub(super) fn new(bytes: &'a [u8]) -> Result<Self, Error> {
         let mut reader = Self(bytes);
         if reader.take(8)? != MAGIC {
-            return Err(damaged("it does not begin as a checkpoint does"));
+            return Err(damaged("it is not a checkpoint file"));
         }
         let [version, checksum] = [reader.short()?, reader.short()?];
         if version != VERSION {
@@ -94,7 +94,7 @@ impl<'a> Reader<'a> {
     }
 
     pub(super) fn finish(self) -> Result<(), Error> {
-        if self.0.is_empty() { Ok(()) } else { Err(damaged("something is left over")) }
+        if self.0.is_empty() { Ok(()) } else { Err(damaged("it contains additional data")) }
     }
 }
 

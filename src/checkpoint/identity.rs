@@ -49,7 +49,7 @@ impl Identity {
             return if same {
                 Ok(())
             } else {
-                Err(Error::CheckpointDamaged { what: "what is simulated".into() })
+                Err(Error::CheckpointDamaged { what: "identity of the run".into() })
             };
         };
         let (name, given) = given.split_once(": ").unwrap_or(("", given));

@@ -21,7 +21,7 @@ use std::fmt;
 /// simulation.run(100, &mut observer)?;
 /// let path = std::env::temp_dir().join(format!("gradient-mc-{}.checkpoint", std::process::id()));
 /// simulation.snapshot(&mut observer)?.write(&path)?;
-/// // Another day, another process.
+/// // In a later process:
 /// let mut observer = CenterOfMass::new();
 /// let mut simulation = builder.resume(&Snapshot::read(&path)?, &mut observer)?;
 /// simulation.run(100, &mut observer)?;
@@ -119,7 +119,7 @@ impl Snapshot {
         let [identity, state, observer] = [reader.piece()?, reader.piece()?, reader.piece()?];
         reader.finish()?;
         let identity = String::from_utf8(identity)
-            .map_err(|_| Error::CheckpointDamaged { what: "what is simulated".into() })?;
+            .map_err(|_| Error::CheckpointDamaged { what: "identity of the run".into() })?;
         Ok(Self { seed, sweep, measured, identity, state, observer })
     }
 }

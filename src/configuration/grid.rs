@@ -138,8 +138,8 @@ impl Grid {
         // Adding this leaves an integer in the low bits, which is faster than a saturating
         // conversion.
         const INTEGER: f64 = 1.5 * (1_u64 << 52) as f64;
-        // Rounding to the nearest, half a part lower, is truncation. (At edges between parts, but not
-        // between cells, it may be the lower one; there it does not matter.)
+        // Rounding to the nearest, half a part lower, is truncation. (At edges between parts, but
+        // not between cells, it may be the lower one; there it does not matter.)
         #[allow(clippy::cast_possible_truncation)]
         let part = (value * self.inverse_parts[axis] - 0.5 + INTEGER).to_bits() as u32;
         part.min(self.last_parts[axis])

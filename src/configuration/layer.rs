@@ -191,7 +191,7 @@ impl Layer {
             self.next[before as usize] = following;
             self.heads[cell] >> 1
         };
-        // The page that stands for none is followed by none.
+        // Page 0, which stands for none, has no next page.
         self.set_head(grid, cell, first << 1 | u32::from(self.next[first as usize] != NONE));
         if first == NONE {
             self.mark(grid, cell);

@@ -172,7 +172,7 @@ impl Configuration {
         self.probe(&spot, position, 0, ignored).overlaps(&self.grid, self.around(&spot))
     }
 
-    /// About a sphere at a position, which has come there in the direction of `octant`.
+    /// A probe for a sphere at a position to which it moved in the direction of `octant`.
     fn probe(&self, spot: &Spot, position: [f64; 3], octant: usize, ignored: u32) -> Probe {
         let Spot { cell, part, .. } = *spot;
         let candidates = occupied_in_reach(&self.grid, self.around(spot), cell, part, octant);

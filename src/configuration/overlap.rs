@@ -28,9 +28,9 @@ pub(crate) struct Probe {
     pub(crate) candidates: u64,
 }
 
-/// The cells that a sphere in a part of a cell has to be compared with if it has come there in the
-/// direction of `octant`, the likeliest first. `layers` are those before, at and after it, here and
-/// in all that follows.
+/// The cells with which a sphere in a part of a cell is compared after a displacement in the
+/// direction of `octant`, the likeliest first. `layers` are the layers before, at and after that of
+/// the sphere, here and below.
 #[inline]
 pub(crate) fn occupied_in_reach(grid: &Grid, layers: &[Layer], cell: u32, part: u32, octant: usize) -> u64 {
     let nearby = |layer: usize| u64::from(layers[layer].nearby[cell as usize]) << (9 * layer);
@@ -45,7 +45,8 @@ struct Middle {
 }
 
 impl Middle {
-    /// Squared distances of a page's spheres in single precision, far away that which is ignored.
+    /// Squared distances of the spheres of a page in single precision; very large for the ignored
+    /// sphere.
     #[inline]
     fn squared_distances(&self, neighbor: &Neighbor, page: &Page) -> f32x4 {
         let [x, y, z] = self.coordinates;
@@ -55,7 +56,7 @@ impl Middle {
         dx * dx + dy * dy + dz * dz + page.masked(self.ignored)
     }
 
-    /// The nearest of all pages of a cell, in each slot.
+    /// The smallest squared distance over all pages of a cell, for each slot.
     #[cold]
     #[inline(never)]
     fn nearest_in_chain(&self, neighbor: &Neighbor, layer: &Layer, head: u32) -> f32x4 {
@@ -78,7 +79,7 @@ impl Probe {
     /// Visits the next `VISITS` cells without a branch. Returns whether an overlap is certain, and
     /// the remaining cells. Undecided pairs are left to [`overlaps`](Self::overlaps).
     // Passed by value: a probe in memory would be read in other pieces than it was written, which
-    // makes dense sweeps slower by an eighth.
+    // slows dense sweeps by an eighth.
     #[inline(always)]
     // Both sides always: a condition is cheaper than a branch.
     #[allow(clippy::inline_always, clippy::needless_bitwise_bool)]

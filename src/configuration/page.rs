@@ -8,8 +8,8 @@ pub(super) const SLOTS: usize = 4;
 pub(crate) const NOBODY: u32 = u32::MAX;
 /// All slots of a page, one bit for each.
 const ALL: u32 = (1 << SLOTS) - 1;
-/// Coordinate of an empty slot: out of reach of every sphere, so that a page is always tested
-/// whole.
+/// Coordinate of an empty slot: out of reach of every sphere, so that all slots of a page are
+/// tested.
 pub(super) const NOWHERE: f32 = 1e9;
 
 /// Up to four spheres of one cell, in one cache line.
@@ -66,7 +66,7 @@ impl Page {
         (slots != 0).then_some(slots.trailing_zeros() as usize)
     }
 
-    /// Far in the slot of `occupant`, zero in the others.
+    /// A very large number in the slot of `occupant`, zero in the others.
     #[inline]
     pub(super) fn masked(&self, occupant: u32x4) -> f32x4 {
         let slots: f32x4 = bytemuck::cast(self.occupants.simd_eq(occupant));

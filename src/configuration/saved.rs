@@ -12,7 +12,7 @@ use crate::checkpoint::Archive;
 struct SavedLayer {
     /// Number of the sphere at each index, plus one; 0 in a gap.
     numbers: Vec<u32>,
-    /// Of the spheres, in this order.
+    /// Positions of the spheres, in this order.
     positions: Vec<[f64; 3]>,
     /// Gaps in the order in which they are filled.
     gaps: Vec<u32>,
@@ -55,7 +55,7 @@ impl Configuration {
     /// Fills an empty layer; `None` if the data are invalid. `found` marks the spheres found so
     /// far.
     fn restore(&mut self, number: usize, saved: &SavedLayer, found: &mut [bool]) -> Option<()> {
-        /// In a gap of which it is not known when it is filled.
+        /// Marks a gap that is not in the list yet.
         const UNLISTED: u32 = NOBODY - 1;
         let SavedLayer { numbers, positions, gaps } = saved;
         let all = positions.len() + gaps.len();
@@ -76,7 +76,7 @@ impl Configuration {
             let inside = (self.slab.lowest_center()..=self.slab.highest_center()).contains(&position[0])
                 && (0.0..widths[0]).contains(&position[1])
                 && (0.0..widths[1]).contains(&position[2]);
-            // A cell is only looked up of what is inside.
+            // The cell is defined only inside.
             let spot = inside.then(|| self.grid.spot(position))?;
             if spot.layer as usize + 1 != number || self.overlaps(NOBODY, position) {
                 return None;

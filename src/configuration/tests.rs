@@ -6,7 +6,7 @@ use super::page::{NOWHERE, SLOTS};
 use super::*;
 use proptest::prelude::*;
 
-/// Periodic widths whose division into cells is easy to get wrong.
+/// Periodic widths whose division into cells is error-prone.
 const WIDTHS: [f64; 10] =
     [3.0, 3.000_000_000_000_000_4, 3.5, 3.99, 4.0, 4.000_000_000_000_001, 4.000_000_1, 5.2, 7.0, 16.3];
 const HEIGHTS: [f64; 9] = [2.0, 2.5, 2.99, 3.0, 3.000_000_000_000_000_4, 3.99, 4.0, 5.2, 23.7];
@@ -106,7 +106,7 @@ fn assert_consistent(configuration: &Configuration, positions: &[[f64; 3]]) {
                     }
                     page = layer.next[page as usize];
                 }
-                // The cells around know of it.
+                // The neighboring cells have it marked.
                 for neighbor in 0..9 {
                     let y = (y + rows + neighbor / 3 - 1) % rows;
                     let z = (z + columns + neighbor % 3 - 1) % columns;
@@ -115,7 +115,7 @@ fn assert_consistent(configuration: &Configuration, positions: &[[f64; 3]]) {
                 }
             }
         }
-        // The margin repeats the other end.
+        // The margin repeats the opposite end.
         for y in 0..rows + 2 {
             for z in 0..columns + 2 {
                 let repeated = grid.cell((y + rows - 1) % rows, (z + columns - 1) % columns);
@@ -146,7 +146,7 @@ fn assert_consistent(configuration: &Configuration, positions: &[[f64; 3]]) {
     assert_eq!(configuration.positions(), positions);
 }
 
-/// Spheres where they are put: they may overlap.
+/// Spheres at given positions, which may overlap.
 fn configuration_of(extents: [f64; 3], positions: &[[f64; 3]]) -> Configuration {
     let mut configuration = Configuration::empty(slab(extents));
     for &position in positions {
@@ -155,12 +155,12 @@ fn configuration_of(extents: [f64; 3], positions: &[[f64; 3]]) -> Configuration 
     configuration
 }
 
-/// Asks the configuration and all pairs about a fresh sphere at `position`, and compares.
+/// Compares the search with that over all pairs, for an additional sphere at `position`.
 fn assert_same_answer(configuration: &Configuration, positions: &[[f64; 3]], position: [f64; 3]) {
     let expected = overlaps_some_pair(positions, None, configuration.grid.widths, position);
     let found = configuration.overlapping(position);
     assert_eq!(found.is_some(), expected, "query at {position:?}");
-    // Whichever way a sphere has come there, and in two steps as well.
+    // For every direction from which it may have come, also in two steps.
     let (grid, spot) = (&configuration.grid, configuration.grid.spot(position));
     for octant in 0..8 {
         let probe = configuration.probe(&spot, position, octant, NOBODY);
@@ -234,7 +234,7 @@ fn step_to_contact() -> impl Strategy<Value = (prop::sample::Index, [f64; 3])> {
         })
 }
 
-/// Where a step leads, if it stays between the walls.
+/// The end of a step, if it is between the walls.
 fn stepped(center: [f64; 3], step: [f64; 3], extents: [f64; 3]) -> Option<[f64; 3]> {
     let height = center[0] + step[0];
     let across = |axis: usize| wrapped(center[axis] + step[axis], extents[axis]);
@@ -266,7 +266,7 @@ fn slab([height, width_y, width_z]: [f64; 3]) -> Slab {
     Slab::new(height, width_y, width_z).unwrap()
 }
 
-/// Box, spheres (which may overlap: neighbor search does not mind), and points to ask about.
+/// Box, spheres (which may overlap), and points to test.
 fn scene() -> impl Strategy<Value = ([f64; 3], Vec<[f64; 3]>, Vec<[f64; 3]>)> {
     extents().prop_flat_map(|extents| {
         (
@@ -277,7 +277,7 @@ fn scene() -> impl Strategy<Value = ([f64; 3], Vec<[f64; 3]>, Vec<[f64; 3]>)> {
     })
 }
 
-/// The coordinate in `[0, width)` that stands for `value`, at most one width outside.
+/// The periodic coordinate in `[0, width)` of `value`, which is at most one width outside.
 fn wrapped(value: f64, width: f64) -> f64 {
     let value = if value < 0.0 { value + width } else { value };
     let value = if value >= width { value - width } else { value };
@@ -341,7 +341,7 @@ proptest! {
             let [first, second] = &mut alone;
             first.relocate(0, pair[0]);
             second.relocate(0, pair[1]);
-            // Exactly, or a move and its reverse would be judged differently.
+            // Exactly: a move and its reverse must be judged alike.
             prop_assert_eq!(first.overlapping(pair[1]).is_some(), second.overlapping(pair[0]).is_some());
         }
     }
@@ -400,8 +400,8 @@ fn spheres_either_side_of_a_periodic_edge_meet() {
 
 #[test]
 fn cells_are_wide_enough_at_their_rounded_edges() {
-    // Of two points whose cells are not neighbors, no rounding may put one less than a diameter from
-    // the other. The danger is an extent just above an integer, and most of all a tall one.
+    // Of two points whose cells are not neighbors, no rounding may put one less than a diameter
+    // from the other. The danger is an extent just above an integer, and most of all a tall one.
     for integer in [4.0, 5.0, 64.0, 400.0, 4096.0, 99_999.0] {
         for excess in [0.0, 1e-15, 1e-14, 1e-13, 1e-12, 3e-12, 1e-11, 3e-11, 1e-10, 1e-9, 1e-8] {
             let height = integer * (1.0 + excess);
@@ -452,7 +452,7 @@ fn dense_cells_chain_pages() {
     let (cell, layer) = (configuration.grid.cell(1, 1), &configuration.layers[2]);
     assert_eq!(layer.indices_in(cell).count(), 8);
     assert_eq!(layer.heads[cell] & 1, 1);
-    // Out again, one by one, and back.
+    // Take the spheres out one by one, and put them back.
     for target in [0.5, 1.34] {
         for sphere in 0..4 {
             let mut position = positions[sphere];

@@ -78,13 +78,13 @@ mod tests {
         // Ten spheres along, twelve rows across, in both orientations.
         assert!(smallest_strain([10.0, 12.0 * row]) < 1e-12);
         assert!(smallest_strain([12.0 * row, 10.0]) < 1e-12);
-        // Stretched by two per cent: it costs that, or another orientation costs less.
+        // Stretched by two per cent: the strain is that, or smaller in another orientation.
         assert!((smallest_strain([3.06, 4.08 * row]) - 0.02).abs() < 1e-12);
         assert!((0.005..0.02).contains(&smallest_strain([10.2, 12.24 * row])));
-        // Turned: 4a + b, of length √21, and 4b + b' at right angles to it, √3 times as long.
+        // Rotated: 4a + b, of length √21, and 4b + b' at right angles to it, √3 times as long.
         let side = 21_f64.sqrt();
         assert!(smallest_strain([side, 3_f64.sqrt() * side]) < 1e-12);
-        // A small square fits none well; a large one always does.
+        // A small square fits no orientation well; a large one always fits.
         let square = |width: f64| smallest_strain([width, width]);
         assert!(square(4.0) > 0.1 && square(6.0) > 0.04 && square(25.0) < 0.01);
     }

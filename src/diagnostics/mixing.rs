@@ -108,8 +108,8 @@ mod tests {
         Mixing { series, required_variance: Some(required), slowest }
     }
 
-    /// Parts of 1000 stationary series, with a memory such that they hold `size` independent
-    /// numbers, of which there is any warning, and one of a drift.
+    /// Shares of 1000 stationary series with `size` independent numbers each that give any warning,
+    /// and a warning of a drift.
     fn warned_of(length: usize, size: f64, required: f64) -> [f64; 2] {
         const SERIES: u64 = 1000;
         let memory = libm::exp(-2.0 * size / length as f64);
@@ -133,13 +133,12 @@ mod tests {
             assert!(warned_of(length, 10.0, 1.0)[0] < 0.06);
             let [any, drift] = warned_of(length, 64.0, 1.0);
             assert!(any < 0.02 && drift < 0.005, "{any} {drift}");
-            // Quieter than equilibrium by a factor of eight, twice what is allowed: always, though the series
-            // looks like many numbers, whose variance scatters by 18 %. By a factor of two: no
-            // more often than otherwise.
+            // With an eighth of the equilibrium variance, half the limit, there is always a
+            // warning. With half of that variance there are no more warnings than otherwise.
             assert!(warned_of(length, 64.0, 8.0)[0] > 0.99);
             assert!(warned_of(length, 64.0, 2.0)[0] < 0.02);
         }
-        // The shortest series that is judged.
+        // The shortest series that is checked.
         assert!(warned_of(32, 16.0, 1.0)[1] < 0.01);
     }
 

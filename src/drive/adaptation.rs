@@ -14,7 +14,7 @@ use crate::{Error, Warning};
 /// ```
 /// use gradient_mc::drive::{Adaptation, EffectivePotential, Scheme};
 /// use gradient_mc::{AnyScene, Error, Field, Frame, Observer, ObserverError, Scene, TemperatureProfile};
-/// /// Z = 1 + 4η, with the mean packing fraction below the center of mass, until production.
+/// /// Uses Z = 1 + 4η with the mean packing fraction below the center of mass, until production.
 /// #[derive(Debug, Default)]
 /// struct Crude {
 ///     packing_fraction: f64,
@@ -42,7 +42,7 @@ use crate::{Error, Warning};
 ///         Ok(())
 ///     }
 /// }
-/// /// Makes it.
+/// /// Makes potential and adaptation.
 /// struct CrudeScheme;
 /// impl<F: Field, T: TemperatureProfile> Scheme<F, T> for CrudeScheme {
 ///     type Drive = EffectivePotential;

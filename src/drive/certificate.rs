@@ -52,7 +52,7 @@ impl ForceBalance {
     const LEAST_LOAD: f64 = 0.05;
     /// A drift is significant above this number of standard errors.
     const LARGEST_DRIFT: f64 = 4.0;
-    /// So is a deviation above the tolerance.
+    /// A deviation above the tolerance is significant above this number of standard errors.
     const SIGNIFICANT: f64 = 3.0;
     /// Smallest number of configurations from which a drift is judged.
     pub(super) const FEWEST_CONFIGURATIONS: u64 = 64;

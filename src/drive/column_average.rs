@@ -286,7 +286,7 @@ mod tests {
     use crate::temperature::ExponentialTemperature;
     use std::panic::{AssertUnwindSafe, catch_unwind};
 
-    /// The field of a column that has the density of the theory is that of the closure.
+    /// If the density is that of the theory, the field is that of the closure.
     #[test]
     fn what_the_theory_counts_is_what_the_closure_says() {
         let slab = Slab::new(120.0, 6.0, 6.0).unwrap();
@@ -314,7 +314,7 @@ mod tests {
         assert!(coarse < 0.02 && fine < coarse / 8.0 + 1e-9, "{coarse}, {fine}");
     }
 
-    /// Falls like weight, and fails above a height.
+    /// A uniform field that fails above a height.
     struct Fails(f64);
 
     impl Field for Fails {

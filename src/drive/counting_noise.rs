@@ -105,10 +105,10 @@ mod tests {
     fn it_is_what_the_paper_saw() {
         let scene = column(25.0, ExponentialTemperature::new(20.0, 0.05).unwrap());
         let theory = scene.hydrostatics(&FluidSolid::default()).unwrap();
-        // The table there: in per cent, at heights 10 and 26, for moves of S = 0.75.
+        // The values of its table, in per cent, at heights 10 and 26, for moves with S = 0.75.
         for (bin, low, high) in [(0.1, 8.2, 3.6), (0.05, 20.2, 8.2), (0.2, 3.4, 1.5), (0.5, 0.9, 0.4)] {
             let (cube, part): (f64, f64) = (0.75 * 0.75 * 0.75, 0.75 * 0.75 - bin * bin);
-            // Of the way of a move, what is outside the bin in which it starts.
+            // The share of a displacement outside the bin in which it starts.
             let outside =
                 (0.125 * bin * bin * bin + (cube - bin * bin * bin) / 3.0 - 0.25 * bin * part) / (cube / 3.0);
             for (height, expected) in [(10.0, low), (26.0, high)] {
@@ -122,15 +122,15 @@ mod tests {
             panic!("no warning");
         };
         assert!(pressure_deviation > 0.1 && pressure_deviation < 0.2, "{pressure_deviation}");
-        // 40 spheres per area over some 60 diameters.
+        // 40 spheres per area over about 60 diameters.
         assert!(spheres_per_bin > 35.0 && spheres_per_bin < 60.0, "{spheres_per_bin}");
-        // The one that runs away in simulation.
+        // A case without a steady state in simulation.
         let narrow = column(12.5, *scene.temperature());
         let Some(Warning::CountingNoise { pressure_deviation, .. }) = warning(&narrow, 0.05).unwrap() else {
             panic!("no warning");
         };
         assert!(pressure_deviation > 5.0, "{pressure_deviation}");
-        // Without a gradient there is no term to be noisy.
+        // Without a gradient there is no noisy term.
         assert_eq!(
             warning(&column(5.0, ExponentialTemperature::new(20.0, 0.0).unwrap()), 0.1).unwrap(),
             None

@@ -238,7 +238,8 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
-        /// m n g_e = −d(W/f)/dx for any n(x), field and temperature: what the effective field is made for.
+        /// The definition of the effective field: m n g_e = −d(W/f)/dx for any n(x), field and
+        /// temperature.
         #[test]
         fn the_force_on_any_density_is_the_fall_of_pressure_over_temperature(
             field_rate in -0.02..0.04_f64,
@@ -256,7 +257,7 @@ mod tests {
             let field = ExponentialField::new(field_rate).unwrap();
             let slab = Slab::new(101.0, 5.0, 5.0).unwrap();
             let scene = Scene::new(slab, 10, field, TemperatureFn(temperature)).unwrap();
-            // Worst disagreement over a bin, in units of the largest force, with bins of two widths.
+            // Largest error over a bin, in units of the largest force, for two bin widths.
             let worst = |width: f64| {
                 let mut potential = EffectivePotential::new(&scene, width).unwrap();
                 let bins = potential.bins();
@@ -282,7 +283,7 @@ mod tests {
             };
             let (coarse, fine) = (worst(0.5), worst(0.125));
             prop_assert!(coarse < 0.02, "{coarse}");
-            // Second order: sixteen times smaller, to within a factor of two, unless at rounding.
+            // Second order: sixteen times smaller within a factor of two, unless it is rounding.
             prop_assert!(fine < coarse / 8.0 + 1e-12, "{coarse} with wide bins, {fine} with narrow ones");
         }
     }

@@ -17,8 +17,8 @@ pub(super) struct OwnEquation {
     collisions: Collisions,
     bulk: Range<usize>,
     frames: u64,
-    /// Samples of the halves of the interval; that of the first is complete after [`HALF`](Self::HALF)
-    /// frames.
+    /// Samples of the halves of the interval; that of the first is complete after
+    /// [`HALF`](Self::HALF) frames.
     first: Vec<f64>,
     second: Vec<f64>,
     means: Vec<f64>,

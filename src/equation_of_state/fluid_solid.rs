@@ -9,6 +9,15 @@ use crate::Error;
 /// extrapolated to infinitely many, where the fluid has 0.4918 and the solid 0.5434. L. A.
 /// Fernandez, V. Martin-Mayor, B. Seoane and P. Verrocchio, Phys. Rev. Lett. 108, 165701 (2012),
 /// doi:10.1103/PhysRevLett.108.165701.
+///
+/// ```
+/// use gradient_mc::equation_of_state::{Coexistence, EquationOfState, ModifiedKolafa, number_density};
+/// let spheres = Coexistence::default();
+/// // The fluid reaches this pressure at the packing fraction of coexistence.
+/// let eta = spheres.fluid;
+/// let reduced_pressure = number_density(eta) * ModifiedKolafa.compressibility_factor(eta);
+/// assert!((reduced_pressure / spheres.reduced_pressure - 1.0).abs() < 0.01);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Coexistence {
     /// Packing fraction of the fluid.

@@ -48,7 +48,8 @@ impl EquationOfState for HansenGoos {
         let eta = packing_fraction;
         let inverse = 1.0 / (1.0 - eta);
         let log_void = libm::log1p(-eta);
-        // ∫ (8 ln(1 − η)/η + b₀/(1 − η)³ − 1)/η dη from zero; since b₀ = 9 the terms in ln η cancel.
+        // ∫ (8 ln(1 − η)/η + b₀/(1 − η)³ − 1)/η dη from zero; since b₀ = 9 the terms in ln η
+        // cancel.
         let mut integral = TERMS[0] * (inverse + 0.5 * inverse * inverse - 1.5)
             - LOGARITHM * (logarithm(eta) + 1.0)
             + (LOGARITHM - TERMS[0]) * log_void;

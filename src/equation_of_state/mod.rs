@@ -54,6 +54,12 @@ pub fn number_density(packing_fraction: f64) -> f64 {
 }
 
 /// Packing fraction η = πn/6 of a number density.
+///
+/// ```
+/// use gradient_mc::equation_of_state::{number_density, packing_fraction};
+/// assert!((packing_fraction(1.0) - std::f64::consts::PI / 6.0).abs() < 1e-15);
+/// assert!((number_density(packing_fraction(0.7)) - 0.7).abs() < 1e-15);
+/// ```
 #[must_use]
 pub fn packing_fraction(number_density: f64) -> f64 {
     number_density * (PI / 6.0)

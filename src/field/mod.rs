@@ -81,6 +81,14 @@ macro_rules! forward_field {
 forward_field!(&F, Box<F>, Arc<F>);
 
 /// The same acceleration at all heights. [`UniformField::default`] is a = 1, case (a) of the paper.
+///
+/// ```
+/// use gradient_mc::field::{Field, UniformField};
+/// assert_eq!(UniformField::default().potential(3.0), 3.0);
+/// // A field that pulls up.
+/// assert_eq!(UniformField::new(-0.5)?.acceleration(3.0), -0.5);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct UniformField {
     acceleration: f64,

@@ -1,10 +1,10 @@
-//! Anderson's mixing: a fixed point from a few of the last steps.
+//! Anderson mixing: solves a fixed-point problem from the last few steps.
 //!
 //! D. G. Anderson, J. ACM 12, 547 (1965), doi:10.1145/321296.321305.
 
 use std::collections::VecDeque;
 
-/// What the last steps were, and what they did to the residual.
+/// The last steps, and the changes of the residual by them.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Anderson {
     last: Option<[Vec<f64>; 2]>,
@@ -14,7 +14,7 @@ pub(super) struct Anderson {
 impl Anderson {
     /// Steps that are remembered.
     const DEPTH: usize = 16;
-    /// Part of the diagonal that is added, so that steps that are nearly alike do no harm.
+    /// Share of the diagonal that is added, so that nearly parallel steps do no harm.
     const RIDGE: f64 = 1e-14;
 
     /// Forgets everything.
@@ -22,9 +22,9 @@ impl Anderson {
         *self = Self::default();
     }
 
-    /// The change of `values` that the residuals there and at the points before suggest; `metric`
-    /// are the weights of the squares, and `damping` the part of a residual by which its value
-    /// may change.
+    /// The next change of `values`, from the residuals here and at the earlier points. `metric`
+    /// holds the weights of the squared residuals, `damping` the factor from each residual to the
+    /// change of its value.
     pub(super) fn step(
         &mut self,
         values: &[f64],
@@ -65,8 +65,8 @@ impl Anderson {
     }
 }
 
-/// Cholesky's method for a symmetric matrix that is scaled to a unit diagonal; directions that are
-/// lost in rounding get nothing.
+/// Cholesky decomposition of a symmetric matrix that is scaled to a unit diagonal. Directions that
+/// are lost in rounding get the coefficient 0.
 fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
     let size = right.len();
     let scales: Vec<f64> = (0..size)
@@ -82,7 +82,7 @@ fn solve(mut matrix: Vec<Vec<f64>>, mut right: Vec<f64>) -> Vec<f64> {
         matrix[i][i] = 1.0 + Anderson::RIDGE;
         right[i] *= scales[i];
     }
-    // The newest direction first: what is left out is old.
+    // The newest direction first, so that the oldest ones are left out.
     matrix.reverse();
     for row in &mut matrix {
         row.reverse();

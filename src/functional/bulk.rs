@@ -3,7 +3,7 @@
 use super::{Functional, WeightedDensities};
 use crate::equation_of_state::{EquationOfState, number_density};
 
-/// The equation of state that a [`Functional`] has where the density is uniform.
+/// The equation of state of a [`Functional`] at uniform density.
 ///
 /// ```
 /// use gradient_mc::equation_of_state::{CarnahanStarling, EquationOfState};

@@ -1,4 +1,4 @@
-//! A column by a density functional.
+//! Solves a column by a density functional.
 
 use super::grid::Grid;
 use super::potential::Potential;
@@ -14,9 +14,9 @@ use crate::{Error, Field, HydrostaticProfile, Hydrostatics, Scene, TemperaturePr
 /// The base is a hard wall at x = 0, so that centers begin at x = ½. Field, temperature and
 /// functional can be given by value or by reference.
 ///
-/// n(x) makes the grand potential smallest: ln n = μ − u(x) − δ∫Φ dx/δn, with u = φ/T. Where the
-/// temperature varies, u is the effective potential of the [`drive`](crate::drive), and belongs to
-/// the density that it makes.
+/// n(x) minimizes the grand potential: ln n = μ − u(x) − δ∫Φ dx/δn, with u = φ/T. Where the
+/// temperature varies, u is the effective potential of the [`drive`](crate::drive), which is
+/// self-consistent with n(x).
 ///
 /// ```
 /// use gradient_mc::functional::{DensityFunctional, WhiteBear2};
@@ -36,12 +36,12 @@ pub struct DensityFunctional<F, T, W> {
 }
 
 impl<F: Field, T: TemperatureProfile, W: Functional> DensityFunctional<F, T, W> {
-    /// The column on its base, open at the top.
+    /// A column on its base that is open at the top.
     pub fn new(field: F, temperature: T, functional: W) -> Self {
         Self { field, temperature, functional, lid: None }
     }
 
-    /// Closes the column with a wall at `height`: centers end half a diameter below.
+    /// Closes the column with a wall at `height`. The highest centers are half a diameter below it.
     #[must_use]
     pub fn lid(mut self, height: f64) -> Self {
         self.lid = Some(height);
@@ -51,9 +51,9 @@ impl<F: Field, T: TemperatureProfile, W: Functional> DensityFunctional<F, T, W> 
     /// Solves for `spheres` per unit of base area, N/A.
     ///
     /// # Errors
-    /// Those of [`Hydrostatics::column_density`], from whose profile it starts;
-    /// [`Error::BeyondFreezing`] where a fluid would freeze; [`Error::FunctionalTooSteep`] for
-    /// a field or temperature that polynomials on narrow panels do not follow, a jump for example;
+    /// Those of [`Hydrostatics::column_density`], whose profile is the first guess;
+    /// [`Error::BeyondFreezing`] if the fluid would freeze; [`Error::FunctionalTooSteep`] for a
+    /// field or temperature that changes too fast, such as a jump;
     /// [`Error::FunctionalNotConverged`].
     pub fn column_density(&self, spheres: f64) -> Result<LayeredProfile, Error> {
         let spheres = Error::require_positive("column density", spheres)?;
@@ -79,14 +79,14 @@ impl<F: Field, T: TemperatureProfile, W: Functional> DensityFunctional<F, T, W> 
         self.solve(&hydrostatics.base_pressure(pressure)?, Given::ChemicalPotential(given))
     }
 
-    /// Spheres per area of a column at constant temperature beyond those of the functional's
-    /// uniform fluid of the same chemical potential, which begins at the wall at x = 0: what
-    /// the base has more than the bulk, negative where the half diameter without centers counts
-    /// more than the layers. A lid that carries part of the column counts too.
+    /// Adsorption at the base of a column at constant temperature: spheres per area minus those of
+    /// the functional's local theory with the same chemical potential, whose density begins at the
+    /// wall at x = 0. It is negative if the half diameter without centers counts more than the
+    /// layers. A lid that carries part of the column contributes too.
     ///
     /// # Errors
-    /// Those of [`Hydrostatics::base_pressure`]. [`Error::InvalidParameter`] where the temperature
-    /// varies: then a uniform fluid of the same chemical potential is no reference.
+    /// Those of [`Hydrostatics::base_pressure`]. [`Error::InvalidParameter`] if the temperature
+    /// varies, where this reference is not defined.
     pub fn adsorption(&self, profile: &LayeredProfile) -> Result<f64, Error> {
         let Some(temperature) = self.temperature.constant() else {
             let requirement = "the adsorption is defined at constant temperature";
@@ -102,14 +102,14 @@ impl<F: Field, T: TemperatureProfile, W: Functional> DensityFunctional<F, T, W> 
         Ok(profile.column_density() - bulk.column_density())
     }
 
-    /// P/T of the uniform fluid of a chemical potential.
+    /// P/T of the uniform fluid at a chemical potential.
     fn reduced_pressure(&self, chemical_potential: f64) -> f64 {
         let bulk = Bulk(&self.functional);
         let beyond = |eta: f64| {
             libm::log(number_density(eta)) + bulk.excess_chemical_potential(eta) > chemical_potential
         };
         let (mut low, mut high) = (f64::MIN_POSITIVE, 0.9);
-        // First by decades, then evenly.
+        // Bisection, at first of the logarithm.
         for _ in 0..100 {
             let middle = if low < 0.01 * high { (low * high).sqrt() } else { f64::midpoint(low, high) };
             if beyond(middle) {
@@ -126,7 +126,7 @@ impl<F: Field, T: TemperatureProfile, W: Functional> DensityFunctional<F, T, W> 
     }
 
     fn solve(&self, start: &HydrostaticProfile, given: Given) -> Result<LayeredProfile, Error> {
-        /// Grids after the first.
+        /// Number of refinements of the grid.
         const REFINEMENTS: u32 = 12;
         let highest = self.lid.map_or(f64::INFINITY, |lid| lid - RADIUS);
         if highest - RADIUS < 2.0 * Grid::NARROWEST {
@@ -184,10 +184,10 @@ impl<F: Field, T: TemperatureProfile, W: Functional> DensityFunctional<F, T, W> 
         }
     }
 
-    /// Where centers begin and end, and whether there is a wall: beyond the others hardly anything
-    /// is left.
+    /// The lowest and the highest centers, and whether each is at a wall. Beyond an end without a
+    /// wall the density is negligible.
     fn ends(&self, start: &HydrostaticProfile) -> ([f64; 2], [bool; 2]) {
-        /// Part of the spheres beyond which nothing changes.
+        /// A negligible share of the spheres.
         const NOTHING: f64 = 1e-15;
         let nothing = NOTHING * start.column_density();
         let lid = self.lid.map(|lid| lid - RADIUS);
@@ -217,7 +217,7 @@ impl<F: Field, T: TemperatureProfile, W: Functional> DensityFunctional<F, T, W> 
     ) -> Result<Grid, Error> {
         /// Largest change of ln n over a panel.
         const LARGEST_CHANGE: f64 = 4.0;
-        /// How well polynomials follow the start, and ln T.
+        /// Largest error of the polynomials for the start, and for ln T.
         const TOLERANCE: f64 = 1e-8;
         const MOST_NODES: usize = 200_000;
         loop {
@@ -261,12 +261,12 @@ fn logarithm(profile: &HydrostaticProfile, height: f64) -> f64 {
     libm::log(profile.number_density(height.clamp(profile.base(), profile.top())).max(f64::MIN_POSITIVE))
 }
 
-/// What counts of an error on a panel: sphere averages do not see what is narrow.
+/// Weight of an error on a panel: averages over spheres are insensitive to narrow panels.
 fn importance([begin, end]: [f64; 2]) -> f64 {
     ((end - begin) / RADIUS).min(1.0)
 }
 
-/// How far the polynomial through ln n of the start is from it between the nodes.
+/// Largest deviation between the nodes of the polynomial through ln n of the start.
 fn start_mismatch(rule: &Legendre, start: &HydrostaticProfile, [begin, end]: [f64; 2]) -> f64 {
     let height = |t: f64| begin + 0.5 * (end - begin) * (t + 1.0);
     let series = rule.coefficients(&rule.nodes.map(|t| logarithm(start, height(t))));
@@ -274,9 +274,9 @@ fn start_mismatch(rule: &Legendre, start: &HydrostaticProfile, [begin, end]: [f6
     between.map(|t| (evaluate(&series, t) - logarithm(start, height(t))).abs()).fold(0.0, f64::max)
 }
 
-/// Panels on which the polynomials have not converged, and what to say of the worst.
+/// Panels on which the polynomials have not converged, and the error for the worst one.
 fn unresolved(rule: &Legendre, grid: &Grid, solution: &Solution) -> (Vec<usize>, Error) {
-    /// The last coefficients of n over the largest there.
+    /// Largest of the last coefficients of n, relative to the mean on the panel.
     const TOLERANCE: f64 = 1e-8;
     let densities = &solution.state.densities;
     let highest = densities.iter().copied().fold(0.0, f64::max);

@@ -1,8 +1,8 @@
-//! Panels on which the profile is a polynomial each.
+//! Panels, on each of which the profile is a polynomial.
 //!
-//! What the walls do to the density comes back, weaker and smoother, at every radius from them: the
-//! sphere averages make a jump at a wall a kink one radius away. Edges of panels are put there, so
-//! that the polynomials see smooth functions only.
+//! A wall causes a singularity of the density at every whole radius from it, each smoother than the
+//! one before, because averages over spheres turn a jump into a kink one radius away. Edges of
+//! panels are placed there, so that the profile is smooth on every panel.
 
 use super::RADIUS;
 use crate::legendre::{Legendre, ORDER, Series, evaluate};
@@ -17,17 +17,17 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// Panels narrower than this part of a diameter are rounding.
+    /// Narrowest panel, in diameters.
     pub(super) const NARROWEST: f64 = 1e-6;
-    /// So far from a wall edges lie at whole radii from it.
+    /// Distance from a wall up to which edges lie at whole radii.
     const NEAR: f64 = 4.0;
-    /// So far from a wall panels are at most a diameter wide: layers reach there.
+    /// Distance from a wall up to which panels are at most a diameter wide, to resolve layers.
     const LAYERED: f64 = 24.0;
-    /// Farther away they may be this part of the distance.
+    /// Width of panels farther away, as a share of the distance.
     const GROWTH: f64 = 0.1;
 
-    /// Between the lowest and the highest centers, with a wall half a diameter beyond either, or
-    /// only one.
+    /// The grid between the lowest and the highest centers. `walls` tells at which ends there is a
+    /// wall half a diameter beyond.
     pub(super) fn new(rule: &Legendre, ends: [f64; 2], walls: [bool; 2]) -> Self {
         let [low, high] = ends;
         let mut edges = vec![low, high];
@@ -63,7 +63,7 @@ impl Grid {
         Self::with_edges(rule, edges.into_iter().filter(|&edge| edge >= low && edge <= high).collect())
     }
 
-    /// The panels between these heights, in any order.
+    /// The panels between these heights, given in any order.
     pub(super) fn with_edges(rule: &Legendre, mut edges: Vec<f64>) -> Self {
         edges.sort_by(f64::total_cmp);
         let last = edges.last().copied();
@@ -78,12 +78,12 @@ impl Grid {
         Self { edges, nodes, weights }
     }
 
-    /// The same panels and those that spheres whose centers are here reach into.
+    /// The same panels and those outside that spheres with centers in the grid reach.
     pub(super) fn extended(&self, rule: &Legendre) -> Self {
         let [low, high] = self.ends();
         let mut edges = vec![low - RADIUS, high + RADIUS];
         edges.extend_from_slice(&self.edges);
-        // Where the density at the other end begins and stops to count.
+        // Edges where the range of the averages passes the other end.
         edges.extend(
             [high - RADIUS, low + RADIUS]
                 .into_iter()
@@ -100,7 +100,7 @@ impl Grid {
         self.edges.windows(2).map(|panel| [panel[0], panel[1]])
     }
 
-    /// The panel at a height, or the nearest.
+    /// The panel at a height, or the nearest one.
     pub(super) fn panel_at(&self, height: f64) -> usize {
         let panels = self.edges.len() - 1;
         self.edges.partition_point(|&edge| edge <= height).clamp(1, panels) - 1
@@ -111,7 +111,7 @@ impl Grid {
         std::array::from_fn(|node| values[panel * ORDER + node])
     }
 
-    /// The polynomials through values at the nodes, at any height within.
+    /// The polynomial through values at the nodes, evaluated at a height.
     pub(super) fn interpolate(&self, rule: &Legendre, values: &[f64], height: f64) -> f64 {
         let panel = self.panel_at(height);
         let [start, end] = [self.edges[panel], self.edges[panel + 1]];

@@ -10,9 +10,19 @@ use std::f64::consts::PI;
 ///
 /// J. F. Lutsko, Phys. Rev. E 102, 062137 (2020), doi:10.1103/PhysRevE.102.062137. With 8A + 2B = 9
 /// the uniform fluid is
-/// [`PercusYevickCompressibility`](crate::equation_of_state::PercusYevickCompressibility), else its
-/// third virial coefficient is off. Where A ≥ 0 and B ≥ 0 the functional is bounded below whatever
-/// the density.
+/// [`PercusYevickCompressibility`](crate::equation_of_state::PercusYevickCompressibility);
+/// otherwise its third virial coefficient is wrong. With A ≥ 0 and B ≥ 0 the functional is bounded
+/// below for any density.
+///
+/// ```
+/// use gradient_mc::EquationOfState;
+/// use gradient_mc::functional::{Bulk, Lutsko};
+/// // 8A + 2B = 9: the third virial coefficient is 10.
+/// let bulk = Bulk(Lutsko::new(1.0, 0.5)?);
+/// let third = (bulk.compressibility_factor(1e-3) - 1.0 - 4.0 * 1e-3) / 1e-6;
+/// assert!((third - 10.0).abs() < 0.1);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Lutsko {
     a: f64,
@@ -26,7 +36,7 @@ impl Lutsko {
     /// doi:10.1103/PhysRevLett.84.694).
     pub const TARAZONA: Self = Self { a: 1.5, b: -1.5 };
 
-    /// Any A and B.
+    /// A functional with these A and B.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] unless both are finite.

@@ -1,27 +1,34 @@
-//! What a functional is a function of, and what it returns.
+//! The arguments and the result of a functional.
 
 use super::RADIUS;
 use std::f64::consts::PI;
 
-/// The density around a height, averaged in four ways over spheres of radius R = ½ whose surface or
-/// volume passes there.
+/// Weighted densities at a height: four averages of the density over spheres of radius R = ½.
 ///
-/// With one kind of spheres the others follow: n₀ = n₂/π, n₁ = n₂/(2π) and **n**₁ = **n**₂/(2π).
+/// For equal spheres the others follow: n₀ = n₂/π, n₁ = n₂/(2π) and **n**₁ = **n**₂/(2π).
+///
+/// ```
+/// use gradient_mc::equation_of_state::packing_fraction;
+/// use gradient_mc::functional::WeightedDensities;
+/// let uniform = WeightedDensities::uniform(0.6);
+/// assert!((uniform.packing - packing_fraction(0.6)).abs() < 1e-15);
+/// assert_eq!(uniform.vector, 0.0);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct WeightedDensities {
     /// n₃ = π∫(R² − s²) n(x + s) ds over |s| < R: the local packing fraction.
     pub packing: f64,
-    /// n₂ = π∫n(x + s) ds: the area of surfaces.
+    /// n₂ = π∫n(x + s) ds: the surface density.
     pub surface: f64,
-    /// n₂ₓ = −2π∫s n(x + s) ds: the vertical component of the vector of surfaces.
+    /// n₂ₓ = −2π∫s n(x + s) ds: the vertical component of the vector surface density.
     pub vector: f64,
-    /// Tₓₓ = 4π∫s² n(x + s) ds: the vertical component of the tensor of surfaces; the other two
-    /// share n₂ − Tₓₓ.
+    /// Tₓₓ = 4π∫s² n(x + s) ds: the vertical component of the tensor surface density. The other two
+    /// components are (n₂ − Tₓₓ)/2 each.
     pub tensor: f64,
 }
 
 impl WeightedDensities {
-    /// Those of a uniform fluid.
+    /// Weighted densities of a uniform fluid.
     #[must_use]
     pub fn uniform(number_density: f64) -> Self {
         let surface = PI * number_density;
@@ -46,9 +53,9 @@ pub struct FreeEnergy {
     pub density: f64,
     /// ∂Φ/∂n₃.
     pub by_packing: f64,
-    /// ∂Φ/∂n₂, with what n₀ and n₁ contribute.
+    /// ∂Φ/∂n₂, including the contributions of n₀ and n₁.
     pub by_surface: f64,
-    /// ∂Φ/∂n₂ₓ, with what **n**₁ contributes.
+    /// ∂Φ/∂n₂ₓ, including the contribution of **n**₁.
     pub by_vector: f64,
     /// ∂Φ/∂Tₓₓ.
     pub by_tensor: f64,

@@ -1,21 +1,20 @@
-//! Density functionals of hard spheres: theory that knows the layers at a wall.
+//! Density functionals of hard spheres: a theory that includes the layers at a wall.
 //!
-//! The excess free energy is ∫ Φ dx of a few densities, each the density averaged over a sphere in
-//! its own way (Rosenfeld's fundamental measures, Phys. Rev. Lett. 63, 980 (1989),
-//! doi:10.1103/PhysRevLett.63.980). All depends on height alone, so the averages are integrals over
-//! half a diameter up and down.
+//! The excess free energy per area over temperature is ∫ Φ dx, where Φ is a function of a few
+//! weighted densities: averages of the density over a sphere (Rosenfeld's fundamental measure
+//! theory, Phys. Rev. Lett. 63, 980 (1989), doi:10.1103/PhysRevLett.63.980). The density depends on
+//! height alone, so the averages are integrals over half a diameter up and down.
 //!
-//! | functional | uniform fluid | what it is known for |
+//! | functional | uniform fluid | property |
 //! |---|---|---|
-//! | [`Rosenfeld`] | Percus-Yevick, compressibility | the first |
-//! | [`WhiteBear`] | Carnahan-Starling | the pressure that simulations have |
+//! | [`Rosenfeld`] | Percus-Yevick, compressibility | the original |
+//! | [`WhiteBear`] | Carnahan-Starling | accurate pressure |
 //! | [`WhiteBear2`] | Carnahan-Starling | consistent with scaled-particle theory to 2 % |
-//! | [`Lutsko`] | depends on its two parameters | stable also where spheres are confined to a cavity |
+//! | [`Lutsko`] | depends on its two parameters | stable also in narrow cavities |
 //!
-//! [`DensityFunctional`] solves a column with any of them, between walls and in any field; where
-//! the temperature varies, in the effective field that such a column has (see
-//! [`drive`](crate::drive)). To add a functional, implement [`Functional`] for a type of your own:
-//! one method.
+//! [`DensityFunctional`] solves a column with any of them, between walls and in any field. Where
+//! the temperature varies, it uses the effective field of the column (see [`drive`](crate::drive)).
+//! To add a functional, implement the one method of [`Functional`].
 
 mod anderson;
 mod bulk;
@@ -53,7 +52,7 @@ const RADIUS: f64 = 0.5;
 /// ```
 /// use gradient_mc::EquationOfState;
 /// use gradient_mc::functional::{Bulk, FreeEnergy, Functional, WeightedDensities};
-/// /// Pairs of spheres only: right where the gas is dilute.
+/// /// Pairs of spheres only: exact in the dilute limit.
 /// struct Pairs;
 /// impl Functional for Pairs {
 ///     fn free_energy(&self, weighted: &WeightedDensities) -> FreeEnergy {
@@ -72,8 +71,7 @@ const RADIUS: f64 = 0.5;
 /// assert!((Bulk(Pairs).compressibility_factor(0.1) - 1.4).abs() < 1e-12);
 /// ```
 ///
-/// It is `Send` and `Sync`, as a [`Field`](crate::Field) is; its `&`, `Box` and `Arc` are
-/// functionals too.
+/// It must be `Send` and `Sync`. `&`, `Box` and `Arc` of a functional are functionals too.
 pub trait Functional: Send + Sync {
     /// Φ and its derivatives, for a packing below 1.
     fn free_energy(&self, weighted: &WeightedDensities) -> FreeEnergy;

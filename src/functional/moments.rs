@@ -1,12 +1,11 @@
-//! Averages over spheres, as sums over nodes whose weights are exact for the polynomials on the
-//! panels.
+//! Moments over spheres as sums over nodes, exact for polynomials on the panels.
 
 use super::RADIUS;
 use super::grid::Grid;
 use crate::legendre::{Legendre, ORDER, polynomials};
 
-/// The sums that give ∫f ds, ∫s f ds and ∫s² f ds over |s| < R around each of some heights, of an f
-/// on a grid.
+/// Weights of the sums for ∫f ds, ∫s f ds and ∫s² f ds over |s| < R around given heights, for a
+/// function f on a grid.
 #[derive(Debug, Clone)]
 pub(super) struct Moments {
     rows: Vec<Row>,
@@ -23,9 +22,9 @@ struct Row {
 }
 
 impl Moments {
-    /// Around `heights`, of functions on `grid` that are zero outside it.
+    /// Moments around `heights`, for functions on `grid` that are zero outside it.
     pub(super) fn new(rule: &Legendre, grid: &Grid, heights: &[f64]) -> Self {
-        /// Less of a panel is rounding.
+        /// A narrower part of a panel is neglected.
         const SLIVER: f64 = 1e-13;
         let mut moments = Self { rows: Vec::with_capacity(heights.len()), weights: Vec::new() };
         let panels: Vec<[f64; 2]> = grid.panels().collect();

@@ -1,10 +1,11 @@
-//! The reduced potential that the spheres of a column feel.
+//! The reduced potential of a column.
 
 use super::grid::Grid;
 use crate::legendre::{Legendre, ORDER, evaluate};
 use crate::{Error, Field, TemperatureProfile, Wall};
 
-/// u(x) at the nodes of a grid: φ/T where T is constant, and else what belongs to the density.
+/// u(x) at the nodes of a grid: φ/T if T is constant, otherwise the effective potential of the
+/// density.
 #[derive(Debug, Clone)]
 pub(super) struct Potential {
     /// u itself if it does not depend on the density.
@@ -79,7 +80,7 @@ impl Potential {
         Ok(potential)
     }
 
-    /// The weight per area of what lies between each node and the open end, with the pressure
+    /// The weight per area of the spheres between each node and the open end, plus the pressure
     /// there.
     pub(super) fn weights(&self, rule: &Legendre, grid: &Grid, densities: &[f64]) -> Vec<f64> {
         let mut weights = vec![0.0; densities.len()];

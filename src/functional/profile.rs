@@ -1,4 +1,4 @@
-//! The solved column.
+//! The solution of a column.
 
 use super::solution::{Problem, Solution};
 use super::{Functional, RADIUS};
@@ -9,8 +9,19 @@ use crate::legendre::Legendre;
 /// [`DensityFunctional`](super::DensityFunctional).
 ///
 /// It holds its own nodes and borrows nothing. Between them ln n is a polynomial of degree 15.
-/// Pressures are the weight of what lies above, with what the lid carries: at any height, layers
-/// included, that is the vertical component of the pressure.
+/// Pressures are the weight of the spheres above plus the pressure on the lid. At any height, also
+/// in the layers, this is the vertical component of the pressure.
+///
+/// ```
+/// use gradient_mc::functional::WhiteBear2;
+/// use gradient_mc::{Scene, Slab, field::UniformField, temperature::Isothermal};
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 360, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let profile = scene.density_functional(&WhiteBear2)?;
+/// assert!((profile.column_density() - 10.0).abs() < 1e-9);
+/// // The first layer: the density at contact is above the mean over the first diameter.
+/// assert!(profile.contact_density() > profile.mean_density(0.5, 1.5));
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct LayeredProfile {
     profile: HydrostaticProfile,
@@ -43,12 +54,12 @@ impl LayeredProfile {
         }
     }
 
-    /// The same in the form of a hydrostatic profile.
+    /// The profile in the form of a hydrostatic profile.
     pub(crate) fn as_hydrostatic(&self) -> &HydrostaticProfile {
         &self.profile
     }
 
-    /// Number density n(x) of centers; 0 nearer to a wall than half a diameter.
+    /// Number density n(x) of centers; 0 within half a diameter of a wall.
     #[must_use]
     pub fn number_density(&self, height: f64) -> f64 {
         self.profile.number_density(height)
@@ -66,7 +77,7 @@ impl LayeredProfile {
         self.profile.pressure(height)
     }
 
-    /// Pressure on the base, in m g/d²: by the contact theorem nT at the lowest center.
+    /// Pressure on the base, in m g/d². By the contact theorem it is nT at the lowest center.
     #[must_use]
     pub fn base_pressure(&self) -> f64 {
         self.profile.base_pressure()
@@ -84,7 +95,7 @@ impl LayeredProfile {
         self.profile.base()
     }
 
-    /// Height of the highest centers; of an open column, where next to nothing is left.
+    /// Height of the highest centers; in an open column, where the density is negligible.
     #[must_use]
     pub fn top(&self) -> f64 {
         self.profile.top()
@@ -120,20 +131,20 @@ impl LayeredProfile {
         self.chemical_potential
     }
 
-    /// Grand potential per area over temperature: of a box without weight, −PL/T and twice the
-    /// surface tension of its walls over T.
+    /// Grand potential per area over temperature. Without a field it is −PL/T plus twice the
+    /// surface tension of the walls over T, with the height L of the box.
     #[must_use]
     pub fn grand_potential(&self) -> f64 {
         self.grand_potential
     }
 
-    /// Iterations on all grids.
+    /// Number of iterations on all grids.
     #[must_use]
     pub fn iterations(&self) -> u32 {
         self.iterations
     }
 
-    /// What is left of μ − u − μₑₓ − ln n, root mean square weighted by n.
+    /// Root mean square of μ − u − μₑₓ − ln n, weighted by n.
     #[must_use]
     pub fn residual(&self) -> f64 {
         self.residual

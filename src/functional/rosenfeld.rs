@@ -8,6 +8,14 @@ use super::{FreeEnergy, Functional, WeightedDensities};
 /// Y. Rosenfeld, Phys. Rev. Lett. 63, 980 (1989), doi:10.1103/PhysRevLett.63.980. Its uniform fluid
 /// is [`PercusYevickCompressibility`](crate::equation_of_state::PercusYevickCompressibility), whose
 /// pressure is 7 % too high at freezing.
+///
+/// ```
+/// use gradient_mc::EquationOfState;
+/// use gradient_mc::equation_of_state::PercusYevickCompressibility;
+/// use gradient_mc::functional::{Bulk, Rosenfeld};
+/// let (own, known) = (Bulk(Rosenfeld), PercusYevickCompressibility);
+/// assert!((own.compressibility_factor(0.3) - known.compressibility_factor(0.3)).abs() < 1e-12);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Rosenfeld;
 

@@ -1,4 +1,4 @@
-//! The profile on one grid: ln n = μ − u − μₑₓ at every node.
+//! Solves for the profile on one grid: ln n = μ − u − μₑₓ at every node.
 
 use super::anderson::Anderson;
 use super::grid::Grid;
@@ -8,7 +8,7 @@ use super::{FreeEnergy, Functional, WeightedDensities};
 use crate::Error;
 use crate::legendre::Legendre;
 
-/// What is given of a column.
+/// The given quantity of a column.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Given {
     /// Spheres per area.
@@ -33,10 +33,10 @@ pub(super) struct Problem<'a, W> {
     offset: usize,
 }
 
-/// What belongs to the densities at the nodes.
+/// All that follows from the densities at the nodes.
 #[derive(Debug, Clone)]
 pub(super) struct State {
-    /// The chemical potential: that which is given, or the mean of what the nodes have.
+    /// The given chemical potential, or the mean over the nodes.
     pub(super) chemical_potential: f64,
     /// μ − u − μₑₓ − ln n.
     residuals: Vec<f64>,
@@ -57,13 +57,13 @@ pub(super) struct Solution {
 }
 
 impl<'a, W: Functional> Problem<'a, W> {
-    /// An n₃ above this is no state that a functional is good for.
+    /// Largest n₃ for which functionals are evaluated.
     const MOST_PACKED: f64 = 0.98;
-    /// Weighted root mean square of the residuals of a solution.
+    /// Weighted root mean square of the residuals at which iteration stops.
     const TOLERANCE: f64 = 1e-11;
-    /// The same when it does not get better: rounding.
+    /// The same if iteration, because of rounding, makes no more progress.
     const GOOD_ENOUGH: f64 = 1e-9;
-    /// More iterations than this are no convergence.
+    /// Largest number of iterations.
     const MOST_ITERATIONS: u32 = 2000;
     /// Largest change of ln n in one iteration.
     const LONGEST_STEP: f64 = 0.7;
@@ -83,7 +83,7 @@ impl<'a, W: Functional> Problem<'a, W> {
         Self { rule, functional, potential, given, grid, extended, to_extended, from_extended, offset }
     }
 
-    /// What belongs to these ln n; `None` if spheres would overlap.
+    /// The state for these ln n; `None` if n₃ is too large.
     fn state(&self, logarithms: &[f64]) -> Option<State> {
         let densities: Vec<f64> = logarithms.iter().map(|&logarithm| libm::exp(logarithm)).collect();
         let mut packings = Vec::with_capacity(self.extended.nodes.len());
@@ -130,7 +130,7 @@ impl<'a, W: Functional> Problem<'a, W> {
         finite.then_some(State { chemical_potential, residuals, packings, grand_potential, densities })
     }
 
-    /// Shifts ln n so that the column holds as many spheres as are given.
+    /// Shifts ln n so that the column holds the given number of spheres.
     fn fill(&self, logarithms: &mut [f64]) {
         if let Given::ColumnDensity(spheres) = self.given {
             let found = self.grid.integrate(logarithms.iter().map(|&logarithm| libm::exp(logarithm)));
@@ -180,7 +180,7 @@ impl<'a, W: Functional> Problem<'a, W> {
                 break;
             }
             if since_best > 60 {
-                // Past steps mislead.
+                // Discard misleading steps.
                 mixing.clear();
                 since_best = 0;
             }
@@ -210,8 +210,8 @@ impl<'a, W: Functional> Problem<'a, W> {
     }
 }
 
-/// The part of a residual that ln n may change by: slow modes of a dense fluid overshoot by the
-/// inverse of its compressibility.
+/// Factor from a residual to the change of ln n. Without it, slow modes of a dense fluid would
+/// overshoot by the inverse of its compressibility.
 fn damping(packing: f64) -> f64 {
     let eta = packing.clamp(0.0, 0.5);
     let (void, stiff) = (1.0 - eta, 1.0 + 2.0 * eta);

@@ -1,5 +1,5 @@
-//! What the functionals here have in common: Φ = −n₀ ln(1 − n₃) + (n₁n₂ − **n**₁·**n**₂) f₂(n₃) +
-//! Φ₃ f₃(n₃), with Φ₃ of third order in the surfaces.
+//! The common form of the functionals: Φ = −n₀ ln(1 − n₃) + (n₁n₂ − **n**₁·**n**₂) f₂(n₃) + Φ₃
+//! f₃(n₃), with Φ₃ of third order in the surface densities.
 
 use super::{FreeEnergy, WeightedDensities};
 use std::f64::consts::PI;
@@ -24,9 +24,9 @@ impl Factor {
         Self { value: inverse * inverse, slope: 2.0 * inverse * inverse * inverse }
     }
 
-    /// Where differences of large terms would lose digits, by the power series.
+    /// The sum of a power series, used where differences of large terms would lose digits.
     pub(super) fn from_series(packing: f64, coefficient: impl Fn(f64) -> f64) -> Self {
-        /// 0.05¹⁴ is nothing.
+        /// 0.05¹⁴ is below rounding.
         const TERMS: u32 = 14;
         let (mut value, mut slope) = (0.0, 0.0);
         for term in (0..TERMS).rev() {
@@ -36,7 +36,7 @@ impl Factor {
         Self { value, slope }
     }
 
-    /// Below this n₃ the power series is taken.
+    /// Below this n₃ the power series is used.
     pub(super) const SERIES: f64 = 0.05;
 }
 

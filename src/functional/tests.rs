@@ -72,7 +72,7 @@ fn moments_are_exact() {
     let heights = [-0.4, 0.0, 0.2, 0.5, 1.1, 2.0, 3.5, 4.2];
     let moments = Moments::new(&rule, &grid, &heights);
     for (height, moments) in heights.into_iter().zip(moments.of(&values)) {
-        // By Simpson's rule on halves, which is exact for what is of third order, and fourth by Richardson.
+        // By Simpson's rule with Richardson extrapolation, which is exact up to fourth order.
         let exact = |power: u32| {
             let (low, high) = ((height - RADIUS).max(0.0), (height + RADIUS).min(4.0));
             crate::numerics::integrate_panel(
@@ -120,7 +120,7 @@ fn the_functional_derivative_is_that_of_the_free_energy() {
     }
 }
 
-/// On panels half as wide the profile is the same.
+/// The profile on panels half as wide is the same.
 #[test]
 fn the_grid_does_not_matter() {
     use super::potential::Potential;

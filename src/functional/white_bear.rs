@@ -9,6 +9,15 @@ use super::{FreeEnergy, Functional, WeightedDensities};
 /// R. Roth, R. Evans, A. Lang and G. Kahl, J. Phys.: Condens. Matter 14, 12063 (2002),
 /// doi:10.1088/0953-8984/14/46/313. Its uniform fluid
 /// is [`CarnahanStarling`](crate::equation_of_state::CarnahanStarling).
+///
+/// ```
+/// use gradient_mc::functional::{DensityFunctional, WhiteBear};
+/// use gradient_mc::{field::UniformField, temperature::Isothermal};
+/// let column = DensityFunctional::new(UniformField::default(), Isothermal::new(5.0)?, WhiteBear);
+/// // The contact theorem.
+/// assert!((5.0 * column.column_density(10.0)?.contact_density() - 10.0).abs() < 1e-6);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct WhiteBear;
 

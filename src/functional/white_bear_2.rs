@@ -9,8 +9,16 @@ use super::{FreeEnergy, Functional, WeightedDensities};
 ///
 /// H. Hansen-Goos and R. Roth, J. Phys.: Condens. Matter 18, 8413 (2006),
 /// doi:10.1088/0953-8984/18/37/002. Its uniform fluid is
-/// [`CarnahanStarling`](crate::equation_of_state::CarnahanStarling), and it is the most consistent
-/// of its kind.
+/// [`CarnahanStarling`](crate::equation_of_state::CarnahanStarling), and it is consistent with
+/// scaled-particle theory to 2 %.
+///
+/// ```
+/// use gradient_mc::functional::{DensityFunctional, WhiteBear2};
+/// use gradient_mc::{field::UniformField, temperature::Isothermal};
+/// let column = DensityFunctional::new(UniformField::default(), Isothermal::new(15.0)?, WhiteBear2);
+/// assert!((column.column_density(40.0)?.center_of_mass() - 42.980).abs() < 1e-3);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct WhiteBear2;
 

@@ -1,28 +1,28 @@
-//! Where a theory profile is not to be trusted.
+//! Warnings about a theory profile.
 
 use super::HydrostaticProfile;
 use crate::Warning;
 use crate::equation_of_state::packing_fraction;
 
 impl HydrostaticProfile {
-    /// Parts of the column, with equally many spheres, at which it is probed.
+    /// Number of probes of a column, at equal shares of the spheres.
     const PROBES: u32 = 512;
-    /// A local density that changes by more than this part of itself over a diameter is none.
+    /// Largest |d ln n/dx|, per diameter, at which a local density is meaningful.
     const STEEPEST: f64 = 0.5;
-    /// A smaller part of the spheres does not matter.
+    /// Smallest share of the spheres that matters.
     const LEAST_SHARE: f64 = 0.01;
-    /// A pressure on the lid below this part of the largest leaves P(x) right to a per cent until
-    /// it has fallen to a tenth.
+    /// Pressure on the lid over the largest pressure. Up to it, P(x) is right within one per cent
+    /// down to a tenth of the largest pressure.
     pub(crate) const LARGEST_LID_PRESSURE: f64 = 1e-3;
-    /// An equation of state whose Z is off by more of itself is not that of hard spheres.
+    /// Largest relative error of Z.
     const LARGEST_DEVIATION: f64 = 0.01;
-    /// Relative; less is rounding.
+    /// Smallest jump of ln n; less is rounding.
     const SMALLEST_JUMP: f64 = 0.01;
 
     /// Warnings about this profile: [`Warning::OutsideDomain`], [`Warning::InaccurateEquation`],
     /// [`Warning::SteepGradient`], [`Warning::DensityJump`] (the largest), and
-    /// [`Warning::LidTooLow`], which does not make the profile wrong but a pressure that is
-    /// taken from the weight of what lies above.
+    /// [`Warning::LidTooLow`]. With the last one the profile is right, but a pressure computed from
+    /// the weight of the spheres above is not.
     ///
     /// ```
     /// use gradient_mc::equation_of_state::CarnahanStarling;
@@ -31,7 +31,7 @@ impl HydrostaticProfile {
     ///     Hydrostatics::new(UniformField::default(), Isothermal::new(temperature)?, CarnahanStarling).column_density(40.0)
     /// };
     /// assert!(column(15.0)?.warnings().is_empty());
-    /// // So cold, its base freezes.
+    /// // At a low temperature the base freezes.
     /// assert!(matches!(column(2.5)?.warnings()[..], [Warning::OutsideDomain { .. }]));
     /// # Ok::<(), gradient_mc::Error>(())
     /// ```
@@ -47,7 +47,7 @@ impl HydrostaticProfile {
         }
         warnings.extend(self.steep_gradient());
         warnings.extend(self.largest_jump());
-        // The column ends where it is lighter.
+        // The open end is the wall with the lower pressure.
         let ends = [(self.base(), self.base_pressure()), (self.top(), self.lid_pressure())];
         let (wall, smallest) = if ends[0].1 < ends[1].1 { ends[0] } else { ends[1] };
         let pressure_ratio = smallest / ends[0].1.max(ends[1].1);
@@ -57,7 +57,7 @@ impl HydrostaticProfile {
         warnings
     }
 
-    /// By differences of ln n over half a diameter.
+    /// Slopes are differences of ln n over half a diameter.
     fn steep_gradient(&self) -> Option<Warning> {
         const HALF: f64 = 0.25;
         let slope = |height: f64| {

@@ -1,4 +1,4 @@
-//! A profile that was computed elsewhere, in the panels of this module.
+//! Profiles of density functionals as hydrostatic profiles.
 
 use super::HydrostaticProfile;
 use super::march::Panel;
@@ -7,13 +7,13 @@ use crate::equation_of_state::packing_fraction;
 use crate::legendre::{Legendre, ORDER, Series, evaluate};
 
 impl HydrostaticProfile {
-    /// Base, edges of the panels, and top.
+    /// Base, inner edges of the panels, and top.
     pub(crate) fn edges(&self) -> impl DoubleEndedIterator<Item = f64> + '_ {
         std::iter::once(self.base).chain(self.panels.iter().map(|panel| panel.end))
     }
 
-    /// The profile with other ln n and ln P, given at the nodes of `panels`; beyond them it goes on
-    /// as it is, but for a factor.
+    /// The profile with other ln n and ln P, given at the nodes of `panels`. Beyond them it is
+    /// continued by the old profile, times a factor.
     pub(crate) fn with_layers(
         &self,
         rule: &Legendre,
@@ -109,7 +109,8 @@ impl Panel {
         }
     }
 
-    /// With e^`shift` times the spheres, and moments about a base that is lower by `rise`.
+    /// The panel with its density times e^`shift`, and moments about a base that is lower by
+    /// `rise`.
     fn scaled(&self, shift: f64, rise: f64) -> Self {
         let factor = libm::exp(shift);
         let mut panel = self.clone();

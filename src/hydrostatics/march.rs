@@ -1,10 +1,9 @@
 //! Integration of ln P upwards from the base.
 //!
-//! d ln P/dx = −a/(T Z), with η from P/T. The temperature itself enters, never its derivative, so a
-//! jump of T is nothing special. A panel holds the values at Gauss nodes that satisfy the integral
-//! equation (collocation, order 32), and is halved until the Legendre series of ln n has decayed. A
-//! jump of T, or of η at a phase transition, is closed in on until the panel that holds it is as
-//! narrow as rounding allows.
+//! d ln P/dx = −a/(T Z), with η from P/T. The temperature itself enters, not its derivative, so T
+//! may jump. A panel holds the values at Gauss nodes that satisfy the integral equation
+//! (collocation, order 32), and is halved until the Legendre series of ln n has decayed. A panel
+//! with a jump of T, or of η at a phase transition, is narrowed to the limit of rounding.
 
 use crate::equation_of_state::{DomainSide, EquationOfState, number_density};
 use crate::field::{END_MARGIN, acceleration_below};
@@ -20,26 +19,25 @@ const NOISE_TOLERANCE: f64 = 1e-9;
 const LARGEST_DROP: f64 = 3.0;
 /// The column ends where ln P has fallen this far below its maximum: P is 1e-300 of it.
 const LOGARITHM_OF_NOTHING: f64 = 690.0;
-/// A column that is still there this high has no end.
+/// A column that reaches this height has no end.
 const HIGHEST_CLIMB: f64 = 1e9;
 /// At [`HIGHEST_CLIMB`] a column counts as held if ln P has fallen this far.
 const DROP_THAT_COUNTS_AS_HELD: f64 = 60.0;
-/// Rounding widths up to which a panel without a fall of ln P is no feature of the scene: still
-/// 1e-11 of the height.
+/// Panels of up to this many rounding widths may lose the fall of ln P in rounding.
 const MOST_STAGNANT: f64 = 1024.0;
-/// More panels than this are a scene beyond the solver.
+/// Largest number of panels.
 const MOST_PANELS: usize = 20_000;
-/// Trials that all marches of one solution may take together: some ten times as many as that of a
-/// temperature that doubles within half a diameter all the way up. It bounds the time.
+/// Largest number of trials of all marches of one solution, which bounds the time. A temperature
+/// that doubles with every half diameter needs about a tenth.
 const MOST_TRIALS: u32 = 60_000;
-/// A tail above this is of no solution at all.
+/// A tail above this is not that of a solution.
 const SENSELESS: f64 = 1e3;
-/// So many more trials does one count for that ends so: its states are the slowest to find.
+/// Such a trial counts as this many more, because its states are the slowest to find.
 const COST_OF_SENSELESS: u32 = 25;
 /// Outside this range of ln(P/T) the gas is ideal to rounding, or the number is out of range.
 const LOGARITHMIC_RANGE: f64 = 650.0;
 
-/// One stretch of the column, a solution to rounding.
+/// A panel of the column, solved to rounding.
 #[derive(Debug, Clone)]
 pub(super) struct Panel {
     pub(super) start: f64,
@@ -50,7 +48,7 @@ pub(super) struct Panel {
     pub(super) ln_pressure: Series,
     /// Series of n.
     pub(super) density: Series,
-    /// A panel of rounding width around a jump, in which the series means nothing.
+    /// Whether this is a panel of rounding width around a jump, where the series is meaningless.
     pub(super) jump: bool,
     /// Density at the start and the end.
     pub(super) edges: [f64; 2],
@@ -74,7 +72,7 @@ pub(super) struct Column<'a, F, T, E> {
     pub(super) trials: Cell<u32>,
 }
 
-/// A panel with what the march needs to judge it and to go on.
+/// A tentative panel, with the numbers to accept it and to go on.
 struct Trial {
     panel: Panel,
     tail: f64,
@@ -82,7 +80,7 @@ struct Trial {
     packing_fraction_at_end: Option<f64>,
 }
 
-/// ln Z and Z of a state, with its packing fraction if it was worth computing.
+/// Z of a state, and its packing fraction unless the gas is ideal to rounding.
 struct State {
     factor: f64,
     packing_fraction: Option<f64>,
@@ -122,7 +120,7 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
             Error::EquationOfStateExhausted { height, reduced_pressure, side }
         };
         if ln_reduced_pressure < -LOGARITHMIC_RANGE {
-            // Ideal to rounding, unless the equation ends before.
+            // Ideal to rounding, unless the domain of the equation ends at a higher density.
             let ends = self.equation_of_state.domain().lowest > 0.0;
             return if ends { Err(exhausted()) } else { Ok(State { factor: 1.0, packing_fraction: None }) };
         }
@@ -153,10 +151,10 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
         let mut panels: Vec<Panel> = Vec::with_capacity(512);
         let (mut height, mut ln_pressure, mut highest) = (self.base, ln_base_pressure, ln_base_pressure);
         let mut guess = None;
-        // What the last attempt asks of the next: its width, and the tail it could not shorten.
+        // The width of the next attempt, and the tail of the last rejected one.
         let (mut width, mut rejected_tail) = (f64::INFINITY, f64::INFINITY);
-        // Panels so narrow that the fall of ln P is lost in rounding would go on for ever just before a
-        // jump that it is to cross: the next may be wider, and hold the jump.
+        // Just before a jump, panels may become so narrow that the fall of ln P is lost in
+        // rounding. Then the next panel may be this wide, to step over the jump.
         let mut stagnant = 0.0;
         let mut attempts = 0;
         loop {
@@ -177,11 +175,11 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
                 let residual = if rejected_tail.is_finite() { rejected_tail } else { 0.0 };
                 return Err(Error::HydrostaticsNotConverged { height, residual });
             }
-            // Near the base no feature of the scene wider than half a diameter can hide between nodes.
+            // Near the base, nodes resolve features wider than half a diameter.
             let resolution = 4.0 * f64::EPSILON * height.abs().max(1.0);
             width = width.min(2.0 + 0.02 * climb).max(resolution);
             let end = match self.lid {
-                // No sliver is left below the lid.
+                // Avoid a very narrow last panel below the lid.
                 Some(lid) if height + 1.001 * width >= lid => lid,
                 _ => height + width,
             };
@@ -189,7 +187,7 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
             let at_limit = end - height <= f64::max(stagnant, rounding);
             let trial = match self.trial(height, end, ln_pressure, guess) {
                 Ok(trial) => trial,
-                // The iteration may have strayed where the true solution does not go.
+                // The iteration may have left the range of the true solution.
                 Err(Error::EquationOfStateExhausted { .. }) if !at_limit => {
                     rejected_tail = f64::INFINITY;
                     width = 0.5 * (end - height);
@@ -201,7 +199,7 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
                 self.trials.set(self.trials.get() + COST_OF_SENSELESS);
             }
             let drop = (trial.ln_pressure_at_end - ln_pressure).abs();
-            // Less is asked of the thin top, where the rounding of a steep scene grows.
+            // The tolerance grows toward the thin top, where rounding errors of a steep scene grow.
             let noise = NOISE_TOLERANCE * libm::exp((0.1 * (highest - ln_pressure)).clamp(0.0, 14.0));
             let smooth =
                 trial.tail <= TAIL_TOLERANCE || (trial.tail <= noise && trial.tail > 0.25 * rejected_tail);
@@ -218,7 +216,8 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
             let mut panel = trial.panel;
             panel.jump = !accepted;
             panels.push(panel);
-            // Grow at once, unless this panel came out of halving: what made it so is just ahead.
+            // Widen at once, unless this panel was halved: the feature that required this is just
+            // ahead.
             let halved = rejected_tail.is_finite() && trial.tail <= TAIL_TOLERANCE;
             let growth = if halved { 1.0 } else { 4.0 };
             let slope = drop / (end - height);
@@ -233,8 +232,8 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
         }
     }
 
-    /// Solves the integral equation on one panel by Picard's iteration, which contracts because Z
-    /// changes much less than P does.
+    /// Solves the integral equation on one panel by Picard iteration, which contracts because Z
+    /// changes much less than P.
     fn trial(&self, start: f64, end: f64, ln_pressure: f64, guess: Option<f64>) -> Result<Trial, Error> {
         const MOST_ITERATIONS: usize = 40;
         let half = 0.5 * (end - start);
@@ -294,7 +293,7 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
                 .max((ln_density_here - evaluate(&ln_density, t)).abs())
                 .max(half * (pull_here - evaluate(&pull_series, t)).abs());
         }
-        // An iteration that has not converged is worth as much as a series that has not.
+        // An unconverged iteration counts like an unconverged series.
         let tail = ln_density[ORDER - 3..].iter().fold(change.max(mismatch), |tail, coefficient| {
             if coefficient.is_nan() { f64::NAN } else { tail.max(coefficient.abs()) }
         });
@@ -331,7 +330,8 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Column<'_, F, T, E> {
         let mut best = 0;
         let mut highest = f64::NEG_INFINITY;
         for (index, sample) in samples.iter().enumerate() {
-            // A hair of preference for the lower one, so that rounding does not lift a flat maximum.
+            // A small margin prefers the lower point, so that rounding does not lift a flat
+            // maximum.
             if value(sample) > highest + 1e-14 {
                 (best, highest) = (index, value(sample));
             }

@@ -1,7 +1,7 @@
-//! Columns that hang, seen upside down.
+//! Hanging columns, solved as their mirror images.
 //!
-//! The march goes from the dense end to the thin one. A column under its lid is solved as the
-//! column on its base that is its mirror image.
+//! The march goes from the dense end to the thin one. A column that hangs from its lid is solved as
+//! its mirror image, which stands on its base.
 
 use super::HydrostaticProfile;
 use super::march::Panel;
@@ -11,7 +11,7 @@ use crate::field::{END_MARGIN, acceleration_below};
 use crate::legendre::{Series, evaluate};
 use crate::{Error, Field, TemperatureProfile};
 
-/// A field or temperature between two heights, upside down.
+/// A field or temperature, mirrored about the middle of two heights.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Mirrored<P> {
     pub(super) inner: P,
@@ -68,7 +68,7 @@ impl Panel {
     fn mirrored(mut self, sum: f64, extent: f64) -> Self {
         (self.start, self.end) = (sum - self.end, sum - self.start);
         let turn = |series: &mut Series| {
-            // Of odd Legendre polynomials.
+            // Odd Legendre polynomials change sign.
             series.iter_mut().skip(1).step_by(2).for_each(|coefficient| *coefficient = -*coefficient);
         };
         [&mut self.ln_density, &mut self.ln_pressure, &mut self.density].into_iter().for_each(turn);
@@ -79,11 +79,11 @@ impl Panel {
 }
 
 impl HydrostaticProfile {
-    /// The profile upside down, about the middle of two heights that add up to `sum`.
+    /// The profile mirrored about the middle of two heights that add up to `sum`.
     pub(super) fn mirrored(self, sum: f64) -> Self {
         let extent = self.top - self.base;
         let lid_pressure = libm::exp(self.ln_base_pressure);
-        // That of the wall at the thin end, if it was reached.
+        // The pressure at the thin end, if that has a wall.
         let last = self.panels.last().filter(|_| self.lid_pressure > 0.0);
         let ln_base_pressure = last.map_or(f64::NEG_INFINITY, |panel| evaluate(&panel.ln_pressure, 1.0));
         let at_base = self.panels.last().map_or(0.0, |panel| panel.edges[1]);

@@ -3,11 +3,11 @@
 //! dP/dx = −n a and P = n T Z(η), eqs. (3) and (4) of doi:10.1103/PhysRevE.83.061306, for any
 //! field, temperature and equation of state.
 //!
-//! What it leaves out are the layers at a wall. A column of the local theory starts at its base
-//! with the bulk density; real spheres have their centers half a diameter above the wall and layer
-//! there. How many more they are than the bulk density would have there is known:
-//! [`Hydrostatics::between_walls`] puts base and lid where the column above the layers becomes
-//! right. The local density is also wrong where ln n changes by of order 1 over a diameter.
+//! The theory has no layers at a wall. Its column starts at the base with the bulk density, while
+//! the centers of real spheres start half a diameter above the wall and form layers. The excess of
+//! spheres in the layers is known, and [`Hydrostatics::between_walls`] places base and lid such
+//! that the column above the layers is right. A local theory also fails where ln n changes by about
+//! 1 over a diameter.
 
 mod diagnostics;
 mod layered;
@@ -66,14 +66,14 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
         self
     }
 
-    /// Closes the column with a lid at `height`; needed where the field does not hold it down.
+    /// Closes the column with a lid at `height`; needed if the field does not confine it.
     #[must_use]
     pub fn lid(mut self, height: f64) -> Self {
         self.lid = Some(height);
         self
     }
 
-    /// Leaves the column open at the top, the default: it ends where nothing is left.
+    /// Leaves the column open at the top, which is the default.
     #[must_use]
     pub fn open(mut self) -> Self {
         self.lid = None;
@@ -82,18 +82,17 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
 
     /// Solves for `spheres` per unit of base area, N/A.
     ///
-    /// In a box without weight whose density would lie between fluid and solid the two can sit
-    /// anywhere, so there is no profile to find, and the error is
-    /// [`Error::HydrostaticsNotConverged`].
+    /// Without a field, a density between fluid and solid has no unique profile, since the two
+    /// phases can be anywhere. The error is then [`Error::HydrostaticsNotConverged`].
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] for a column density that is not positive and finite, a base
-    /// that is too far from x = 0, or a lid that is not above the base; [`Error::InvalidField`]
-    /// and [`Error::InvalidTemperature`] where the scene is not usable;
-    /// [`Error::EquationOfStateExhausted`] if no state carries the weight;
+    /// that is too far from x = 0, or a lid that is not above the base; [`Error::InvalidField`] and
+    /// [`Error::InvalidTemperature`] where the scene is not usable;
+    /// [`Error::EquationOfStateExhausted`] if no state of the equation carries the weight;
     /// [`Error::UnboundedColumn`] if the column is open and the field does not hold it;
-    /// [`Error::HydrostaticsNotConverged`] for a scene beyond the solver, which gives up after 60
-    /// 000 panels, a second or two.
+    /// [`Error::HydrostaticsNotConverged`] if the solver needs more than 60 000 panels (one or two
+    /// seconds).
     pub fn column_density(&self, spheres: f64) -> Result<HydrostaticProfile, Error> {
         let spheres = Error::require_positive("column density", spheres)?;
         let column = self.column()?;
@@ -118,22 +117,22 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
     }
 
     /// Solves for `spheres` per unit of base area between the hard walls of `slab`, such that the
-    /// column beyond the layers at the walls is right.
+    /// column beyond the layers at the walls is correct.
     ///
-    /// Centers begin half a diameter from a wall, and those in the layers there are more than the
-    /// bulk density would have. By scaled-particle theory (Reiss, Frisch, Helfand and Lebowitz,
+    /// Centers begin half a diameter from a wall, and the layers there hold more of them than the
+    /// bulk density would. By scaled-particle theory (Reiss, Frisch, Helfand and Lebowitz,
     /// doi:10.1063/1.1731020) the surface tension of a hard wall is γ = 3η(2 + η) T/(2π(1 − η)²
-    /// d²), and the bulk profile that holds as many spheres begins at dγ/dP = (1 − η)/(2(1 +
-    /// 2η)) from the wall: 0.5 in a dilute gas, 0.25 at η = 0.25. In a uniform field the center
-    /// of mass is higher by as much; for the paper's isothermal columns (doi:10.1103/PhysRevE.
-    /// 83.061306) it is then that of density functional theory within 0.02.
+    /// d²), and a bulk profile with the same number of spheres begins at the distance dγ/dP = (1 −
+    /// η)/(2(1 + 2η)) from the wall: 0.5 in a dilute gas, 0.25 at η = 0.25. In a uniform field the
+    /// center of mass rises by this distance. For the paper's isothermal columns
+    /// (doi:10.1103/PhysRevE.83.061306) it then agrees with density functional theory within 0.02.
     ///
     /// ```
     /// use gradient_mc::equation_of_state::CarnahanStarling;
     /// use gradient_mc::{Hydrostatics, Slab, field::UniformField, temperature::Isothermal};
     /// let theory = Hydrostatics::new(UniformField::default(), Isothermal::new(15.0)?, CarnahanStarling);
     /// let slab = Slab::new(400.0, 25.0, 25.0)?;
-    /// // White Bear II, a functional made of this equation of state: 42.980.
+    /// // The functional White Bear II, which has this equation of state, gives 42.980.
     /// assert!((theory.between_walls(&slab, 40.0)?.center_of_mass() - 42.98).abs() < 0.02);
     /// # Ok::<(), gradient_mc::Error>(())
     /// ```
@@ -149,7 +148,7 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
         self.between(Some(slab.height()), spheres)
     }
 
-    /// The same between a wall at x = 0 and one at `lid`, or below an open sky.
+    /// The same between a wall at x = 0 and one at `lid`; open at the top for `None`.
     pub(crate) fn between(&self, lid: Option<f64>, spheres: f64) -> Result<HydrostaticProfile, Error>
     where
         F: Clone,
@@ -161,10 +160,11 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
             column.lid = lid.map(|lid| lid - from_lid);
             column.column_density(spheres)
         };
-        // A box so full that this leaves no room for its fluid may still be wide enough for it.
+        // In a very full box this leaves too little room for the fluid, but the whole box may hold
+        // it.
         let near = with_walls(0.25, 0.25).or_else(|_| with_walls(0.0, 0.0))?;
         let at_lid = near.packing_fraction(near.top());
-        // One step is enough: a base that is off by 0.1 changes the packing fraction there by some
+        // One step is enough: a shift of the base by 0.1 changes the packing fraction there by some
         // thousandths.
         with_walls(bulk_beginning(near.base_packing_fraction()), bulk_beginning(at_lid))
     }
@@ -184,13 +184,13 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
     fn column(&self) -> Result<Column<'_, F, T, E>, Error> {
         let base = Error::require_finite("base of the column", self.base)?;
         if base.abs() > Slab::MAXIMUM_EXTENT {
-            // Where heights are coarser than what happens between them there is no profile.
+            // Farther away, heights are rounded too coarsely.
             let requirement = "it must lie within 1e6 diameters of x = 0";
             return Err(Error::InvalidParameter { name: "base of the column", value: base, requirement });
         }
         if let Some(lid) = self.lid {
             let lid = Error::require_finite("lid of the column", lid)?;
-            // Closer than this to each other the two are the same height to rounding.
+            // Closer to each other the two heights are equal to rounding.
             if lid - base < 1e-9 * lid.abs().max(base.abs()).max(1.0) {
                 let requirement = "it must be above the base";
                 return Err(Error::InvalidParameter { name: "lid of the column", value: lid, requirement });
@@ -208,8 +208,8 @@ impl<F: Field, T: TemperatureProfile, E: EquationOfState> Hydrostatics<F, T, E> 
     }
 }
 
-/// How far from a hard wall the bulk of a fluid begins that holds as many spheres as there are with
-/// the layers.
+/// Distance from a hard wall at which a bulk fluid begins that holds the same number of spheres as
+/// the fluid with its layers.
 pub(crate) fn bulk_beginning(packing_fraction: f64) -> f64 {
     let eta = packing_fraction.clamp(0.0, 1.0);
     (1.0 - eta) / (2.0 * (1.0 + 2.0 * eta))
@@ -252,13 +252,13 @@ fn solve<F: Field, T: TemperatureProfile, E: EquationOfState>(
 /// Finds ln P at the base for a given N/A by a bracketed secant in ln P and ln N, which is nearly a
 /// straight line.
 ///
-/// A perturbation of ln P never grows by more than the ratio of Z between base and top on the way
-/// up, so this is well conditioned.
+/// On the way up a perturbation of ln P grows at most by the ratio of Z between base and top, so
+/// this is well conditioned.
 fn solve_for_mass<F: Field, T: TemperatureProfile, E: EquationOfState>(
     column: &Column<'_, F, T, E>,
     spheres: f64,
 ) -> Result<(f64, Vec<Panel>), Error> {
-    /// Stands for the logarithm of a column density that is zero to rounding.
+    /// The logarithm used for a column density that is zero to rounding.
     const EMPTY: f64 = -700.0;
     const GOOD: f64 = 2e-14;
     const GOOD_ENOUGH: f64 = 1e-11;
@@ -281,7 +281,7 @@ fn solve_for_mass<F: Field, T: TemperatureProfile, E: EquationOfState>(
                 let error = Error::EquationOfStateExhausted { height, reduced_pressure, side };
                 too_light = side == DomainSide::Below;
                 if too_light && column.lid.is_none() {
-                    // An open column is as dilute as one likes at its top.
+                    // An open column is arbitrarily dilute at its top.
                     return Err(error);
                 }
                 exhausted = Some(error);
@@ -302,7 +302,7 @@ fn solve_for_mass<F: Field, T: TemperatureProfile, E: EquationOfState>(
             if best.as_ref().is_none_or(|(smallest, ..)| residual.abs() < *smallest) {
                 best = Some((residual.abs(), guess, panels));
             } else if best.as_ref().is_some_and(|(smallest, ..)| *smallest < GOOD_ENOUGH) {
-                // Rounding: it does not get better.
+                // No more progress, because of rounding.
                 break;
             }
             if residual.abs() <= GOOD {

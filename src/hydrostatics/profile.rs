@@ -1,4 +1,4 @@
-//! The solved column.
+//! The solution of a column.
 
 use super::march::{Column, Panel};
 use crate::equation_of_state::{Domain, DomainSide, EquationOfState, FluidSolid, packing_fraction};
@@ -7,11 +7,11 @@ use crate::{Error, Field, TemperatureProfile};
 
 /// The theory profile of a scene; made by [`Hydrostatics`](super::Hydrostatics).
 ///
-/// It holds its own nodes and borrows nothing. Between them ln n is a polynomial of degree 15 that
-/// is within 10⁻⁹ of the solution (usually within 10⁻¹³); jumps stay jumps.
+/// It borrows nothing. Between its nodes ln n is a polynomial of degree 15 that is within 10⁻⁹ of
+/// the solution (usually within 10⁻¹³). Jumps are kept.
 ///
-/// Where the equation of state was used outside its domain the profile goes on, and
-/// [`domain_exit`](Self::domain_exit) says so: ask it.
+/// The profile does not end where the equation of state leaves its domain. Check this with
+/// [`domain_exit`](Self::domain_exit).
 #[derive(Debug, Clone)]
 pub struct HydrostaticProfile {
     pub(super) panels: Vec<Panel>,
@@ -28,13 +28,22 @@ pub struct HydrostaticProfile {
     pub(super) lid_pressure: f64,
     pub(super) density_maximum: (f64, f64),
     pub(super) domain_exit: Option<DomainExit>,
-    /// At the densest point, Z over that of the best equation of state, less 1.
+    /// Relative deviation of Z from the best equation of state, at the densest point.
     pub(super) deviation: f64,
 }
 
 /// Where a profile leaves the domain of its equation of state.
 ///
 /// For a fluid equation of state, [`DomainSide::Above`] is the part of the column that freezes.
+///
+/// ```
+/// use gradient_mc::equation_of_state::{CarnahanStarling, DomainSide};
+/// use gradient_mc::{Hydrostatics, field::UniformField, temperature::Isothermal};
+/// let theory = Hydrostatics::new(UniformField::default(), Isothermal::new(2.5)?, CarnahanStarling);
+/// let exit = theory.column_density(40.0)?.domain_exit().ok_or("a fluid at all heights")?;
+/// assert_eq!((exit.side, exit.lowest_height), (DomainSide::Above, 0.0));
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DomainExit {
     /// Lowest height outside the domain.
@@ -49,17 +58,17 @@ pub struct DomainExit {
     pub side: DomainSide,
 }
 
-/// Spheres per area by panel.
+/// Cumulated spheres per area, by panel.
 pub(super) struct Cumulated {
     pub(super) below: Vec<f64>,
-    /// Summed from the thin end, so that what lies above a great height has its digits.
+    /// Summed from the thin end, so that small values are precise.
     pub(super) above: Vec<f64>,
     pub(super) column_density: f64,
 }
 
 impl Cumulated {
     pub(super) fn of(panels: &[Panel]) -> Self {
-        /// What comes before each panel, and all.
+        /// The sum before each panel, and the sum of all.
         fn before<'a>(panels: impl Iterator<Item = &'a Panel>) -> (Vec<f64>, f64) {
             let mut sum = 0.0;
             let sums = panels
@@ -93,7 +102,7 @@ impl HydrostaticProfile {
             .map_or(0.0, |panel| libm::exp(evaluate(&panel.ln_pressure, 1.0)));
         let center_of_mass = column.base + moment / column_density;
         if !center_of_mass.is_finite() {
-            // Panels as narrow as rounding allows hold nothing, or more than a number can tell.
+            // The mass is zero, or not finite.
             return Err(Error::HydrostaticsNotConverged { height: column.base, residual: f64::INFINITY });
         }
         let density_maximum = column.densest(&panels);
@@ -134,7 +143,7 @@ impl HydrostaticProfile {
 
     /// Pressure P(x), in m g/d²; 0 below the base and above the top.
     ///
-    /// In a uniform field it is the weight of what lies above (plus the pressure on the lid).
+    /// It is the weight of the spheres above plus the pressure on the lid.
     #[must_use]
     pub fn pressure(&self, height: f64) -> f64 {
         self.panel(height)
@@ -147,8 +156,7 @@ impl HydrostaticProfile {
         self.base
     }
 
-    /// Height of the lid; of an open column, where the pressure has fallen to 10⁻³⁰⁰ of its
-    /// maximum.
+    /// Height of the lid; in an open column, where the pressure falls to 10⁻³⁰⁰ of its maximum.
     #[must_use]
     pub fn top(&self) -> f64 {
         self.top
@@ -190,7 +198,7 @@ impl HydrostaticProfile {
         self.density_maximum
     }
 
-    /// At the densest point, Z of the equation of state over that of the best one, less 1.
+    /// Relative deviation of Z from the best equation of state, at the densest point.
     pub(super) fn deviation_of_equation(&self) -> f64 {
         self.deviation
     }
@@ -204,7 +212,7 @@ impl HydrostaticProfile {
         self.index(height).map_or(0.0, |index| self.below[index] + self.panels[index].mass_below(height))
     }
 
-    /// Spheres per unit area above `height`, with its digits also where little is left.
+    /// Spheres per unit area above `height`, with full relative precision.
     #[must_use]
     pub fn column_above(&self, height: f64) -> f64 {
         if height <= self.base {
@@ -218,7 +226,7 @@ impl HydrostaticProfile {
 
     /// Height below which `fraction` of the spheres lie; fractions outside [0, 1] are clamped.
     ///
-    /// With evenly spaced or uniformly random fractions it places spheres according to the profile.
+    /// Evenly spaced or uniformly random fractions give heights distributed as the profile.
     ///
     /// ```
     /// # use gradient_mc::{equation_of_state::IdealGas, field::UniformField};
@@ -248,7 +256,7 @@ impl HydrostaticProfile {
         let wanted = wanted - self.below[index];
         let (mut low, mut high) = (panel.start, panel.end);
         let mut height = low + (high - low) * (wanted / panel.mass).clamp(0.0, 1.0);
-        // Newton inside a bracket; the mass is a smooth rising function.
+        // Newton's method inside a bracket.
         for _ in 0..60 {
             let excess = panel.mass_below(height) - wanted;
             if excess > 0.0 {
@@ -271,8 +279,8 @@ impl HydrostaticProfile {
         height
     }
 
-    /// Where the equation of state is used outside its [`Domain`], if it is: for a fluid equation,
-    /// where the column freezes.
+    /// The part of the column outside the [`Domain`] of the equation of state, if any. For a fluid
+    /// equation it freezes there.
     #[must_use]
     pub fn domain_exit(&self) -> Option<DomainExit> {
         self.domain_exit
@@ -294,7 +302,7 @@ impl HydrostaticProfile {
         self.index(height).map(|index| &self.panels[index])
     }
 
-    /// Hull of the heights outside `domain`, ends refined by bisection.
+    /// The range of the heights outside `domain`, with its ends refined by bisection.
     fn find_exit(&self, domain: Domain) -> Option<DomainExit> {
         /// Samples per panel, both ends included.
         const SAMPLES: u32 = 17;
@@ -342,7 +350,7 @@ impl Panel {
     fn density_at(&self, height: f64) -> f64 {
         let t = self.abscissa(height);
         if self.jump {
-            // One side or the other, nothing in between.
+            // The density of either side of the jump.
             self.edges[usize::from(t >= 0.0)]
         } else {
             libm::exp(evaluate(&self.ln_density, t))

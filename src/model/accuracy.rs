@@ -1,16 +1,16 @@
-//! What is asked of a model: of which quantity, how well, and where.
+//! The accuracy that is asked of a model: of which quantity, how large an error, and where.
 
 use crate::{Error, Field, HydrostaticProfile, Scene, Slab, TemperatureProfile, Wall};
 use std::fmt;
 use std::ops::Range;
 
-/// What a model is to tell.
+/// A quantity that a model predicts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Quantity {
     /// n(x): the error is the [`total_variation_distance`].
     Density,
-    /// P(x), the weight per area of what lies between x and the [open end](Scene::open_end), ∫ n
+    /// P(x), the weight per area of the spheres between x and the [open end](Scene::open_end), ∫ n
     /// dφ: the error is relative.
     Pressure,
     /// Z(x) = P/(nT): the error is relative.
@@ -18,18 +18,18 @@ pub enum Quantity {
 }
 
 impl Quantity {
-    /// All of them, in the order of the constants.
+    /// All quantities.
     pub const ALL: [Self; 3] = [Self::Density, Self::Pressure, Self::CompressibilityFactor];
 }
 
-/// A quantity, the largest error that is tolerated, and the heights where it counts.
+/// A quantity, the largest tolerated error, and the range of heights.
 ///
-/// Everything is averaged over bins one diameter high, the first at the wall on which the column
-/// rests: that opposite the [open end](Scene::open_end), x = 0 under a field that pulls down. The
-/// error of n is the share of the spheres at a wrong height; that of P and Z is the root mean
-/// square over the bins of the relative deviation. Bins count whose middle lies between the
-/// heights; if none are given, all of them for n, and for P and Z those beyond the first diameter
-/// without the hundredth of the spheres that is nearest to the open end.
+/// All profiles are averages over bins one diameter high. The first bin is at the wall on which the
+/// column rests, opposite the [open end](Scene::open_end): at x = 0 if the field pulls down. The
+/// error of n is the share of the spheres at a wrong height. The error of P and Z is the root mean
+/// square of the relative deviation over the bins. Only bins count whose middle lies in the range
+/// of heights. Without a range all bins count for n; for P and Z the first bin does not count, nor
+/// do those at the open end that hold the last hundredth of the spheres.
 ///
 /// ```
 /// use gradient_mc::model::Accuracy;
@@ -49,10 +49,10 @@ pub struct Accuracy {
 }
 
 impl Accuracy {
-    /// Part of the spheres beyond the bins that count by default.
+    /// Share of the spheres at the open end whose bins do not count by default.
     const BEYOND: f64 = 0.01;
 
-    /// Of n: at most this share of the spheres at a wrong height.
+    /// n with at most this share of the spheres at a wrong height.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] unless the tolerance lies between 0 and 1.
@@ -60,7 +60,7 @@ impl Accuracy {
         Self::new(Quantity::Density, tolerance)
     }
 
-    /// Of P: at most this relative deviation.
+    /// P with at most this relative deviation.
     ///
     /// # Errors
     /// As [`density`](Self::density).
@@ -68,7 +68,7 @@ impl Accuracy {
         Self::new(Quantity::Pressure, tolerance)
     }
 
-    /// Of Z = P/(nT): at most this relative deviation.
+    /// Z = P/(nT) with at most this relative deviation.
     ///
     /// # Errors
     /// As [`density`](Self::density).
@@ -76,7 +76,7 @@ impl Accuracy {
         Self::new(Quantity::CompressibilityFactor, tolerance)
     }
 
-    /// Of any quantity.
+    /// Any quantity with at most this error.
     ///
     /// # Errors
     /// As [`density`](Self::density).
@@ -88,7 +88,8 @@ impl Accuracy {
         Ok(Self { quantity, tolerance, range: None })
     }
 
-    /// Between two heights only; of n, relative to the spheres there.
+    /// Limits the range to bins between two heights. The error of n is then relative to the spheres
+    /// in this range.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] unless both are finite and the second is larger.
@@ -102,21 +103,21 @@ impl Accuracy {
         Ok(Self { range: Some([lowest, highest]), ..self })
     }
 
-    /// What is asked for.
+    /// The quantity.
     #[must_use]
     pub fn quantity(&self) -> Quantity {
         self.quantity
     }
 
-    /// The largest error.
+    /// The largest tolerated error.
     #[must_use]
     pub fn tolerance(&self) -> f64 {
         self.tolerance
     }
 
-    /// The error of the profile of a model, given as [`densities`] like the true one.
+    /// The error of the profile of a model. Both profiles are given as [`densities`].
     ///
-    /// Not finite where the true profile has nothing.
+    /// It is not finite if the true profile has no spheres in the range.
     #[must_use]
     pub fn error<F: Field, T: TemperatureProfile>(
         &self,
@@ -140,12 +141,13 @@ impl Accuracy {
         (bins.map(|bin| (ratio(bin) - 1.0) * (ratio(bin) - 1.0)).sum::<f64>() / count).sqrt()
     }
 
-    /// The error of an average over `samples` independent spheres of a profile, as far as they are
-    /// many.
+    /// The expected statistical error of a profile that is averaged over `samples` independent
+    /// spheres, for large `samples`.
     ///
-    /// With p the part of the spheres in a bin, it is ½ √(2/π) Σ √(p(1 − p)/samples) of n, over Σ
-    /// p. Of P it is the root mean square over the bins of the relative standard deviation of Σ
-    /// f p over the spheres beyond, f the weight of one; of Z of that of Σ f p over p.
+    /// Let p be the share of the spheres in a bin and f the weight of a sphere. The error of n is ½
+    /// √(2/π) Σ √(p(1 − p)/samples) / Σ p. That of P is the root mean square over the bins of the
+    /// relative standard deviation of Σ f p, summed from the bin to the open end. That of Z is the
+    /// same for (Σ f p)/p.
     #[must_use]
     pub fn noise<F: Field, T: TemperatureProfile>(
         &self,
@@ -180,7 +182,7 @@ impl Accuracy {
         (variances.max(0.0) / (bins.len() as f64 * samples)).sqrt()
     }
 
-    /// The bins that count of a profile.
+    /// The bins of a profile that count.
     pub(super) fn bins<F: Field, T: TemperatureProfile>(
         &self,
         scene: &Scene<F, T>,
@@ -192,8 +194,7 @@ impl Accuracy {
                 Wall::Lid => (lowest, highest),
                 Wall::Base => (scene.slab().height() - highest, scene.slab().height() - lowest),
             };
-            // Those whose middle is not nearer than one height nor farther than the other, as far as there
-            // are any.
+            // The bins whose middle lies between the two heights.
             #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
             let [first, end] = [(near - 0.5).ceil(), (far - 0.5).floor() + 1.0]
                 .map(|bin| bin.clamp(0.0, count as f64) as usize);
@@ -230,7 +231,7 @@ fn part<'a>(profile: &'a [f64], bins: &Range<usize>) -> &'a [f64] {
     &profile[bins.start.min(profile.len())..bins.end.min(profile.len())]
 }
 
-/// P at the middle of each bin: the weight of what lies between it and the open end.
+/// P at the middle of each bin: the weight of the spheres between it and the open end.
 fn pressures<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>, profile: &[f64]) -> Vec<f64> {
     let mut beyond = 0.0;
     let mut pressures: Vec<f64> = profile
@@ -248,8 +249,8 @@ fn pressures<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>, profile: &[f6
     pressures
 }
 
-/// The mean weight of a sphere in a bin, and the part of it that counts for P at the middle: the
-/// spheres of the outer half.
+/// The mean weight of a sphere in a bin, and the part of it that comes from the outer half, which
+/// counts for P at the middle.
 fn weights<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>, bin: usize) -> [f64; 2] {
     let near = bin as f64;
     let far = (near + 1.0).min(scene.slab().height());
@@ -269,14 +270,14 @@ pub(super) fn height<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>, dista
 /// ½ ∫ |n′ − n| dx / ∫ n dx of two profiles, n′ of a model and n, given in the same bins: the share
 /// of the spheres that would have to be moved to another bin.
 ///
-/// In a uniform field the pressure is the weight above, P(x)/P(base) = 1 − F(x) with F the
-/// cumulative distribution of heights, so that the error of P relative to the base is |F′ − F|. At
-/// any edge of a bin this is the sum of (n′ − n) over the bins below, over N/A; by conservation of
-/// spheres also minus the sum over those above, so it is at most half the sum of the absolute
-/// values: the Kolmogorov distance never exceeds the total variation.
+/// It bounds the error of the pressure. In a uniform field P(x)/P(base) = 1 − F(x), where F is the
+/// cumulative distribution of heights, so the error of P relative to the base is |F′ − F|. At the
+/// edge of a bin this is the sum of n′ − n over the bins below, over N/A. If both profiles have the
+/// same number of spheres, it is also minus the sum over the bins above, so it is at most half the
+/// sum of |n′ − n|.
 ///
-/// Only the shapes count where both hold the same number of spheres. A profile that ends earlier
-/// goes on with zeros. Not finite if `truth` holds nothing.
+/// A profile that ends earlier is continued with zeros. The result is not finite if `truth` is
+/// empty.
 ///
 /// ```
 /// use gradient_mc::model::total_variation_distance;
@@ -292,8 +293,9 @@ pub fn total_variation_distance(model: &[f64], truth: &[f64]) -> f64 {
 }
 
 /// Number densities of a theory profile averaged over bins one diameter high, from the wall on
-/// which the column of `scene` rests to its [open end](Scene::open_end), with their digits also
-/// where little is left. The last bin counts as whole, so that the sum is N/A.
+/// which the column of `scene` rests to its [open end](Scene::open_end), with full relative
+/// precision also where few spheres are left. The last bin is treated as a whole diameter, so that
+/// the sum is N/A.
 ///
 /// ```
 /// use gradient_mc::equation_of_state::ModifiedKolafa;
@@ -328,7 +330,7 @@ pub fn densities<F: Field, T: TemperatureProfile>(
         .collect()
 }
 
-/// Number of bins one diameter high that a slab takes.
+/// Number of bins one diameter high in a slab.
 pub(super) fn bins(slab: &Slab) -> usize {
     // Heights are at most 1e6.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
@@ -336,7 +338,7 @@ pub(super) fn bins(slab: &Slab) -> usize {
     bins
 }
 
-/// A fraction as a per cent with two figures.
+/// A fraction in per cent, with two figures.
 pub(super) struct Percent(pub(super) f64);
 
 impl fmt::Display for Percent {
@@ -364,7 +366,7 @@ mod tests {
         approx::assert_relative_eq!(total_variation_distance(&first, &second), 0.3, epsilon = 1e-15);
         approx::assert_relative_eq!(total_variation_distance(&second, &first), 0.3, epsilon = 1e-15);
         assert!(total_variation_distance(&first, &first).abs() < 1e-15);
-        // Nothing in common, and of different lengths.
+        // Profiles without overlap, of different lengths.
         approx::assert_relative_eq!(total_variation_distance(&[1.0], &[0.0, 1.0]), 1.0, epsilon = 1e-15);
         assert!(!total_variation_distance(&[1.0], &[]).is_finite());
     }
@@ -393,7 +395,7 @@ mod tests {
         }
     }
 
-    /// Four bins in a field of 2: P is twice what lies above the middle.
+    /// Four bins in a field of 2: P is twice the number of spheres above the middle.
     #[test]
     fn pressure_is_the_weight_above() {
         let scene = Scene::new(

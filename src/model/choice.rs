@@ -1,4 +1,4 @@
-//! The candidates for one scene, and the one that is enough.
+//! The candidates for one scene, and the cheapest adequate one.
 
 use super::accuracy::{Accuracy, Percent, densities};
 use super::corrected_layers::CorrectedLayers;
@@ -12,26 +12,25 @@ use std::fmt;
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub enum Model {
-    /// Points: [`IdealGas`](crate::equation_of_state::IdealGas), with centers half a diameter off
-    /// the walls.
+    /// [`IdealGas`](crate::equation_of_state::IdealGas): points, whose centers stay half a diameter
+    /// from the walls.
     IdealGas(HydrostaticProfile),
-    /// Hydrostatic balance between walls: the fluid of
+    /// Hydrostatic balance between walls:
     /// [`ModifiedKolafa`](crate::equation_of_state::ModifiedKolafa), or
-    /// [`FluidSolid`](crate::equation_of_state::FluidSolid) where that freezes.
+    /// [`FluidSolid`](crate::equation_of_state::FluidSolid) where this fluid freezes.
     Hydrostatics(HydrostaticProfile),
-    /// The White Bear II functional, which has the layers, on the bulk of
+    /// The White Bear II functional, which describes the layers at walls, with the bulk of
     /// [`Hydrostatics`](Self::Hydrostatics).
     DensityFunctional(CorrectedLayers),
-    /// A simulation, to be run.
+    /// A simulation that is still to be run.
     MonteCarlo(MonteCarloPlan),
 }
 
 impl Model {
-    /// Number densities in bins one diameter high ([`densities`]): at once for a formula, after the
-    /// run for a plan.
+    /// Number densities in bins one diameter high ([`densities`]). A plan is run for this.
     ///
     /// # Errors
-    /// As [`MonteCarloPlan::densities`]; none for a formula.
+    /// As [`MonteCarloPlan::densities`]; none for the other models.
     pub fn densities<F: Field, T: TemperatureProfile>(
         &self,
         scene: &Scene<F, T>,
@@ -56,22 +55,22 @@ impl fmt::Display for Model {
     }
 }
 
-/// What makes the error of a model.
+/// A cause of the error of a model.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Cause {
-    /// Points take up no room.
+    /// The ideal gas neglects the volume of the spheres.
     ExcludedVolume,
-    /// A local theory has no layers at a wall, and those of a functional are not quite right.
+    /// A local theory has no layers at a wall, and the layers of a functional are not exact.
     Layers,
     /// The layers at a wall hold too many spheres or too few, so that the column above them is too
     /// low or too high.
     Adsorption,
-    /// Equation of state, and density taken to be locally uniform.
+    /// Errors of the equation of state, and of the assumption that the density is locally uniform.
     LocalTheory,
-    /// A finite number of configurations, from a start that was not yet the steady state.
+    /// A finite number of configurations, and the relaxation of the start.
     Noise,
-    /// A base with few spheres.
+    /// A narrow base with few spheres.
     FiniteBase,
 }
 
@@ -88,29 +87,39 @@ impl fmt::Display for Cause {
     }
 }
 
-/// A model with what is expected of it.
+/// A model with its expected error and cost.
 #[derive(Debug, Clone)]
 #[non_exhaustive]
 pub struct Assessment {
     /// The model.
     pub model: Model,
-    /// Error that is expected, of what [`Accuracy`] asks for; of a plan, root mean square over
-    /// seeds.
+    /// Expected error as defined by [`Accuracy`]; for a plan, the root mean square over seeds.
     pub expected_error: f64,
-    /// Local trials and events of event chains that are expected; 0 for a formula, which takes
-    /// milliseconds, or tenths of a second. A core makes some 5 to 20 million of either per
-    /// second: `cargo bench --bench throughput -- packing` says what yours does.
+    /// Expected number of local trials and chain events; 0 for theories, which take milliseconds or
+    /// tenths of a second. A core makes about 5 to 20 million per second; `cargo bench --bench
+    /// throughput -- packing` measures yours.
     pub expected_moves: f64,
-    /// Whether the error stays below the tolerance, with an allowance for what the estimate does
-    /// not know.
+    /// Whether the error stays below the tolerance, with an allowance for errors of the estimate.
     pub is_adequate: bool,
-    /// What the error consists of, in quadrature.
+    /// The contributions to the error, which add in quadrature.
     pub causes: Vec<(Cause, f64)>,
 }
 
-/// The answer of [`Scene::model_for`]: the cheapest adequate model, and why not a cheaper one.
+/// The answer of [`Scene::model_for`]: the cheapest adequate model, and the errors of the cheaper
+/// ones. `Display` prints it as a report.
 ///
-/// `Display` gives it in words.
+///
+/// ```
+/// use gradient_mc::model::Accuracy;
+/// use gradient_mc::{Scene, Slab, field::UniformField, temperature::Isothermal};
+/// let scene = Scene::new(Slab::new(30.0, 20.0, 20.0)?, 400, UniformField::default(), Isothermal::new(2.0)?)?;
+/// let choice = scene.model_for(Accuracy::density(0.05)?)?;
+/// assert!(choice.is_adequate() && choice.best().expected_error < 0.05);
+/// for candidate in choice.candidates() {
+///     println!("{}: {:.4}", candidate.model, candidate.expected_error);
+/// }
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct ModelChoice {
     accuracy: Accuracy,
@@ -121,8 +130,7 @@ pub struct ModelChoice {
 }
 
 impl ModelChoice {
-    /// Part of the tolerance that a finite base may take; in quadrature it leaves nearly all to
-    /// noise.
+    /// Share of the tolerance for the finite base. In quadrature it leaves nearly all to noise.
     const BASE_SHARE: f64 = 0.2;
     /// Smallest side of the base of a plan.
     const SMALLEST_SIDE: f64 = 5.0;
@@ -130,9 +138,9 @@ impl ModelChoice {
     const FEWEST_PARTICLES: f64 = 40.0;
     /// Fewest sweeps of a plan, and of one whose column freezes.
     const FEWEST_SWEEPS: [f64; 2] = [64.0, 1e5];
-    /// More sweeps than this are only written down.
+    /// Largest number of sweeps of a plan.
     const MOST_SWEEPS: f64 = 1e12;
-    /// Part of the tolerance that the wall at the open end may carry of the pressure.
+    /// Largest share of the pressure on the wall at the open end, over the tolerance.
     const OPEN_END_SHARE: f64 = 0.1;
 
     pub(super) fn new<F: Field, T: TemperatureProfile>(
@@ -151,7 +159,7 @@ impl ModelChoice {
         };
         let mut plan = best_plan(scene, &outlook, tolerance)?;
         plan.is_adequate &= knowable;
-        // P and Z alone know of the third.
+        // The third applies to P and Z only.
         let causes = |layers, adsorption: f64| {
             let all = [
                 (Cause::Layers, layers),
@@ -174,7 +182,7 @@ impl ModelChoice {
                 causes(outlook.layers, outlook.adsorption[0]),
             ),
         ];
-        // It takes longer, and is not for every scene: one that freezes, or has jumps.
+        // The functional takes longer, and fails for scenes that freeze or have jumps.
         if !candidates.iter().any(|candidate| candidate.is_adequate)
             && let Ok(layers) = CorrectedLayers::new(scene, &outlook.theory)
         {
@@ -186,19 +194,19 @@ impl ModelChoice {
             ));
         }
         candidates.push(plan);
-        // Where nothing is known to be adequate, the one that leaves out least.
+        // Without an adequate model, the simulation.
         let chosen =
             candidates.iter().position(|candidate| candidate.is_adequate).unwrap_or(candidates.len() - 1);
         Ok(Self { accuracy, candidates, chosen, freezing: outlook.freezing, open_end: outlook.open_end })
     }
 
-    /// The cheapest adequate model, or the best there is.
+    /// The cheapest adequate model, or else the simulation.
     #[must_use]
     pub fn model(&self) -> &Model {
         &self.best().model
     }
 
-    /// The same with what is expected of it.
+    /// The chosen model with its expected error and cost.
     #[must_use]
     pub fn best(&self) -> &Assessment {
         &self.candidates[self.chosen]
@@ -210,22 +218,22 @@ impl ModelChoice {
         &self.candidates
     }
 
-    /// Whether the model is expected to be as accurate as was asked for. It is not where the column
-    /// freezes, nor for P and Z where the wall at the [open end](Scene::open_end) carries part
-    /// of the pressure, which then is no weight.
+    /// Whether the model is expected to reach the accuracy. It is `false` if the column freezes,
+    /// and for P and Z if the wall at the [open end](Scene::open_end) carries part of the pressure,
+    /// which then is not the weight alone.
     #[must_use]
     pub fn is_adequate(&self) -> bool {
         self.best().is_adequate
     }
 
-    /// Where the column freezes: no model here is known to be adequate without care.
+    /// The part of the column that freezes, if any. No model is then known to be adequate.
     #[must_use]
     pub fn freezing(&self) -> Option<DomainExit> {
         self.freezing
     }
 }
 
-/// The cheaper of the two families, each over the smallest base that will do.
+/// The cheaper plan of the two families, over the smallest base that is wide enough.
 fn best_plan<F: Field, T: TemperatureProfile>(
     scene: &Scene<F, T>,
     outlook: &Outlook,
@@ -233,8 +241,8 @@ fn best_plan<F: Field, T: TemperatureProfile>(
 ) -> Result<Assessment, Error> {
     let base_target = ModelChoice::BASE_SHARE * tolerance;
     let smallest_area = ModelChoice::SMALLEST_SIDE * ModelChoice::SMALLEST_SIDE;
-    // A crystal does not fit into a small box: where it freezes, the box of the scene is as good as
-    // any.
+    // A crystal does not fit into every small box, so a column that freezes keeps the number of
+    // spheres of the scene.
     let least =
         if outlook.freezing.is_some() { scene.particles() as f64 } else { ModelChoice::FEWEST_PARTICLES };
     let particles =
@@ -243,7 +251,7 @@ fn best_plan<F: Field, T: TemperatureProfile>(
     if volume > Slab::MAXIMUM_VOLUME {
         return Err(Error::SlabTooLarge { volume, limit: Slab::MAXIMUM_VOLUME });
     }
-    // At most the volume times close packing.
+    // Limited by the volume.
     #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
     let particles = particles as usize;
     let base = outlook.finite_base(particles);
@@ -274,19 +282,19 @@ impl fmt::Display for ModelChoice {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         let best = self.best();
         let verdict =
-            if best.is_adequate { "take" } else { "nothing is known to be adequate; the best guess:" };
+            if best.is_adequate { "take" } else { "no model is known to be adequate; the best guess is" };
         writeln!(formatter, "for {}, {verdict} {}", self.accuracy, best.model)?;
         if let Some(DomainExit { lowest_height, highest_height, packing_fraction, .. }) = self.freezing {
             writeln!(
                 formatter,
                 "  the column freezes between x = {lowest_height:.1} and {highest_height:.1} (packing fraction up to \
-                 {packing_fraction:.3}): a crystal needs a wide base whose widths suit it, and starts on both sides"
+                 {packing_fraction:.3}): a crystal needs a wide, commensurate base and runs from two opposite starts"
             )?;
         }
         if self.open_end > Self::OPEN_END_SHARE * self.accuracy.tolerance() {
             writeln!(
                 formatter,
-                "  the wall at the open end carries {} of the pressure, which is no weight",
+                "  the wall at the open end carries {} of the pressure, so P is not the weight alone",
                 Percent(self.open_end)
             )?;
         }
@@ -303,7 +311,7 @@ impl fmt::Display for ModelChoice {
                 write!(formatter, "{} {cause} {}", if index == 0 { ";" } else { "," }, Percent(*error))?;
             }
             if candidate.expected_moves > 0.0 {
-                write!(formatter, "; some {:.0e} moves", candidate.expected_moves)?;
+                write!(formatter, "; about {:.0e} moves", candidate.expected_moves)?;
             }
             writeln!(formatter)?;
         }

@@ -1,14 +1,15 @@
-//! What was fitted to `examples/paper/calibration/`, as `cargo run --release -p paper --bin
-//! calibrate_models -- --fit` prints it; a test in `examples/paper/tests/model_for.rs` fits again
-//! and compares.
+//! Constants fitted to the runs in `examples/paper/calibration/`, as `cargo run --release -p paper
+//! --bin calibrate_models -- --fit` prints them. A test in `examples/paper/tests/model_for.rs`
+//! repeats the fit and compares.
 
 /// How the noise of a plan depends on the scene.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
-    /// Logarithm of the variance in units of that of as many independent spheres, and its slopes
-    /// with the largest packing fraction, the logarithm of the extent, and T that varies.
+    /// Logarithm of the variance relative to that of as many independent spheres: constant, slopes
+    /// with the largest packing fraction and with the logarithm of the extent, and the term if T
+    /// varies.
     pub inefficiency: [f64; 4],
-    /// Sweeps that the theory start counts for.
+    /// Number of sweeps that the start at the theory profile is worth.
     pub head_start: f64,
     /// Root mean square of ln(measured/expected) over the calibration.
     pub scatter: f64,
@@ -19,46 +20,45 @@ pub struct Noise {
 /// Coefficients of B(η)/η², a polynomial in η.
 pub const LAYERS: [f64; 4] = [0.41778, -7.9298, 20.537, -14.15];
 
-/// What that misses of B/η².
+/// Scatter of B/η² about this fit.
 pub const LAYERS_SCATTER: f64 = 2.1588e-2;
 
-/// Which part of ∫ |Δn| is in the first, second ... diameter from a wall, and with which sign.
+/// Shares of ∫ |Δn| in the first, second, ... diameter from a wall, with sign.
 pub const LAYERS_SHAPE: [f64; 8] =
     [0.5207, -0.3684, -7.0149e-2, -2.3931e-2, -1.1374e-2, -3.9485e-3, -1.2747e-3, -2.2024e-4];
 
-/// What a density functional's layers miss, in spheres per area of a wall: of η⁶, and of η² in
-/// quadrature, which is what columns do not resolve.
+/// Error of the layers of a density functional, in spheres per area of a wall: the coefficient of
+/// η⁶ and, in quadrature, that of η², which is below the resolution of the runs.
 pub const FUNCTIONAL: [f64; 2] = [1.5379, 5.5565e-3];
 
-/// The same of the functional as [`LAYERS_SHAPE`] of the theory.
+/// As [`LAYERS_SHAPE`], for the functional.
 pub const FUNCTIONAL_SHAPE: [f64; 8] =
     [-0.45547, 0.31363, 4.2897e-2, -0.12821, -5.5651e-2, -1.215e-3, 2.7718e-3, 1.4394e-4];
 
 /// Factor by which the functional may be worse than expected, for n, P and Z.
 pub const FUNCTIONAL_ALLOWANCE: [f64; 3] = [2.3073, 2.0366, 2.5409];
 
-/// Distance by which the column above the layers lies too high or too low by the theory, in
-/// diameters and units of η at the wall.
+/// Shift of the column above the layers in the theory, in diameters, over η at the wall.
 pub const ADSORPTION: f64 = 6.2029e-2;
 
-/// The same by a density functional: of η⁶, and of η in quadrature, which is what columns do not
-/// resolve.
+/// The same in a density functional: the coefficient of η⁶ and, in quadrature, that of η, which is
+/// below the resolution of the runs.
 pub const FUNCTIONAL_ADSORPTION: [f64; 2] = [1.9677, 7.7199e-3];
 
-/// Part of what excluded volume does to a profile that the theory misses beyond the layers.
+/// Error of the theory beyond the layers, as a share of the effect of excluded volume.
 pub const BULK: f64 = 8.7687e-4;
 
 /// Factor by which ideal gas or theory may be worse than expected, for n, P and Z.
 pub const ALLOWANCE: [f64; 3] = [1.1338, 1.1822, 1.2233];
 
-/// Part of what excluded volume does to a profile that is missing over a base with one sphere.
+/// Error by a base with one sphere, as a share of the effect of excluded volume.
 pub const FINITE_BASE: f64 = 0.47875;
 
-/// Trials and events per sphere and sweep, and their slope with the largest packing fraction, for
-/// tuned local moves and event chains with them.
+/// Trials and events per sphere and sweep, and their slope with the largest packing fraction: for
+/// tuned local moves, and for event chains with tuned local moves.
 pub const MOVES: [[f64; 2]; 2] = [[1.0, 0.0], [0.8548, 5.8666]];
 
-/// For n, P and Z, and for tuned local moves and event chains with them.
+/// Noise of n, P and Z, each for tuned local moves and for event chains with tuned local moves.
 pub const NOISE: [[Noise; 2]; 3] = [
     [
         Noise {

@@ -1,23 +1,34 @@
-//! The layers of a density functional on the bulk of a better equation of state.
+//! The layers of a density functional with the bulk of a better equation of state.
 
 use super::accuracy::densities;
 use crate::functional::{Bulk, LayeredProfile, WhiteBear2};
 use crate::{Error, Field, HydrostaticProfile, Scene, TemperatureProfile};
 
-/// [`WhiteBear2`] solved for a scene, and what its equation of state makes wrong, taken away.
+/// The profile of [`WhiteBear2`] for a scene, corrected for the error of its equation of state.
 ///
-/// Its uniform fluid is that of Carnahan and Starling, whose pressure is up to 0.3 % off. The local
-/// theory between walls tells what that does to the profile: the difference of the two equations is
-/// added.
+/// Its uniform fluid is that of Carnahan and Starling, whose pressure is off by up to 0.3 %. The
+/// correction is the difference of the profiles of the local theory between walls with a better
+/// equation and with this one.
+///
+/// ```
+/// use gradient_mc::equation_of_state::ModifiedKolafa;
+/// use gradient_mc::model::CorrectedLayers;
+/// use gradient_mc::{Scene, Slab, field::UniformField, temperature::Isothermal};
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 360, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let layers = CorrectedLayers::new(&scene, &scene.hydrostatics(&ModifiedKolafa)?)?;
+/// let densities = layers.densities(&scene);
+/// assert!((densities.iter().sum::<f64>() - 10.0).abs() < 1e-6);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct CorrectedLayers {
     layers: LayeredProfile,
-    /// In bins one diameter high.
+    /// Correction of the densities in bins one diameter high.
     correction: Vec<f64>,
 }
 
 impl CorrectedLayers {
-    /// For a scene, with its theory profile by the better equation.
+    /// Solves for a scene. `theory` is its theory profile by the better equation.
     ///
     /// # Errors
     /// As [`Scene::density_functional`].
@@ -31,7 +42,7 @@ impl CorrectedLayers {
         Ok(Self { layers, correction })
     }
 
-    /// The functional's own profile.
+    /// The profile of the functional without the correction.
     #[must_use]
     pub fn layers(&self) -> &LayeredProfile {
         &self.layers
@@ -41,7 +52,7 @@ impl CorrectedLayers {
     #[must_use]
     pub fn densities<F: Field, T: TemperatureProfile>(&self, scene: &Scene<F, T>) -> Vec<f64> {
         let own = densities(scene, self.layers.as_hydrostatic());
-        // Where next to nothing is left, a difference of rounded numbers may be less.
+        // Where few spheres are left, rounding of the difference could make the sum negative.
         own.iter().zip(&self.correction).map(|(own, correction)| (own + correction).max(0.5 * own)).collect()
     }
 }

@@ -1,18 +1,17 @@
-//! No more model than the scene needs.
+//! The cheapest model that is accurate enough for a scene.
 //!
-//! Ideal gas, hydrostatic theory, a density functional and Monte Carlo give the same profile with
-//! more and more effort. [`Scene::model_for`] tells which is the cheapest that is as accurate as an
-//! [`Accuracy`] asks, of n, P or Z, and what the cheaper ones miss.
+//! Ideal gas, hydrostatic theory, a density functional and Monte Carlo predict the same profile at
+//! increasing cost. [`Scene::model_for`] finds the cheapest that reaches an [`Accuracy`] of n, P or
+//! Z, and states the errors of the cheaper ones.
 //!
 //! | candidate | error | cost |
 //! |---|---|---|
-//! | [`Hydrostatics`](crate::Hydrostatics) with [`IdealGas`](crate::equation_of_state::IdealGas) | excluded volume: what the theory says it does | milliseconds |
+//! | [`Hydrostatics`](crate::Hydrostatics) with [`IdealGas`](crate::equation_of_state::IdealGas) | excluded volume | milliseconds |
 //! | [`Hydrostatics::between_walls`](crate::Hydrostatics::between_walls) | the layers at the walls | milliseconds |
-//! | [`CorrectedLayers`] | what the functional makes wrong of the layers | tenths of a second |
-//! | [`MonteCarloPlan`] | counting noise, a finite base | as 1/error² |
+//! | [`CorrectedLayers`] | the layers of the functional | tenths of a second |
+//! | [`MonteCarloPlan`] | counting noise, a finite base | proportional to 1/error² |
 //!
-//! How the estimates were made, and how well they do on scenes that they have not seen, is said in
-//! `docs/models.md`.
+//! `docs/models.md` describes how the estimates are made, and tests them on other scenes.
 
 mod accuracy;
 mod choice;
@@ -30,14 +29,12 @@ pub use plan::{MonteCarloPlan, MoveFamily};
 use crate::{Error, Field, Scene, TemperatureProfile};
 
 impl<F: Field, T: TemperatureProfile> Scene<F, T> {
-    /// The cheapest model of this scene that is as accurate as is asked for, with the reasons in
-    /// words and numbers.
+    /// The cheapest model of this scene that reaches `accuracy`, with the reasons.
     ///
-    /// Ideal gas, hydrostatic theory, a density functional and Monte Carlo are considered, in this
-    /// order. To decide between them takes both formulas, some milliseconds, and where they are
-    /// not enough the functional, some tenths of a second. The base of the scene does not matter,
-    /// except where the column freezes: profiles depend on N/A, and a plan comes with a base of
-    /// its own.
+    /// The candidates are ideal gas, hydrostatic theory, a density functional and Monte Carlo, in
+    /// this order. The decision takes milliseconds, or tenths of a second if the functional must be
+    /// solved. The base of the scene does not matter unless the column freezes: profiles depend on
+    /// N/A, and a plan has its own base.
     ///
     /// ```
     /// use gradient_mc::model::{Accuracy, Model};
@@ -63,9 +60,9 @@ impl<F: Field, T: TemperatureProfile> Scene<F, T> {
     /// ```
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] for a range of heights without spheres; what
-    /// [`Hydrostatics`](crate::Hydrostatics) returns for a scene that it cannot solve;
-    /// [`Error::SlabTooLarge`] if no base is wide enough for so small an error.
+    /// [`Error::InvalidParameter`] for a range of heights without spheres; the errors of
+    /// [`Hydrostatics`](crate::Hydrostatics); [`Error::SlabTooLarge`] if no base is wide enough for
+    /// so small an error.
     pub fn model_for(&self, accuracy: Accuracy) -> Result<ModelChoice, Error> {
         ModelChoice::new(self, accuracy)
     }

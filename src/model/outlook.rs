@@ -1,7 +1,7 @@
-//! What a model will be off by before it is run.
+//! Expected errors of the models, without running them.
 //!
-//! All constants are fitted to runs of columns ([`constants`](super::constants)); how is said in
-//! `docs/models.md`.
+//! All constants are fitted to runs of columns ([`constants`](super::constants)), as
+//! `docs/models.md` describes.
 
 use super::accuracy::{Accuracy, Quantity, densities, height};
 use super::constants::{
@@ -14,11 +14,11 @@ use crate::equation_of_state::{FREEZING, FluidSolid, IdealGas, ModifiedKolafa};
 use crate::hydrostatics::DomainExit;
 use crate::{Error, Field, HydrostaticProfile, Hydrostatics, Scene, TemperatureProfile, Wall, temperature};
 
-/// Spheres per area of a wall that the theory between walls puts into the wrong bin, as a function
-/// of the packing fraction at the wall.
+/// Spheres per area of a wall that the theory between walls puts into the wrong bin, by the packing
+/// fraction at the wall.
 ///
-/// To leading order it is 0.42 η², from the density of a dilute gas at a wall (n(z)/n − 1 = 2η(1 −
-/// z)²(2 + z)); the rest is fitted to columns. It is |B(η)| with what the fit misses added in
+/// To leading order it is 0.42 η², from the density of a dilute gas at a wall, n(z)/n − 1 = 2η(1 −
+/// z)²(2 + z). The rest is fitted to columns. The scatter of the fit is added to |B(η)| in
 /// quadrature, since B changes its sign near η = 0.08.
 fn layering(packing_fraction: f64) -> f64 {
     let eta = packing_fraction;
@@ -26,56 +26,55 @@ fn layering(packing_fraction: f64) -> f64 {
     eta * eta * polynomial.hypot(LAYERS_SCATTER)
 }
 
-/// The same of a density functional: what fluids at high packing fractions show, and what dilute
-/// ones do not resolve.
+/// The same for a density functional, with the resolution of the runs at low packing fractions in
+/// quadrature.
 fn functional_layering(packing_fraction: f64) -> f64 {
     let [dense, unresolved] = FUNCTIONAL;
     let square = packing_fraction * packing_fraction;
     square * (dense * square * square).hypot(unresolved)
 }
 
-/// By how many diameters the column above the layers lies too high or too low, by the packing
-/// fraction at the wall.
+/// Shift of the column above the layers in the theory, in diameters, by the packing fraction at the
+/// wall.
 fn rise(eta: f64) -> f64 {
     ADSORPTION * eta
 }
 
-/// The same of a density functional.
+/// The same for a density functional.
 fn functional_rise(eta: f64) -> f64 {
     let [dense, unresolved] = FUNCTIONAL_ADSORPTION;
     let cube = eta * eta * eta;
     (dense * cube * cube).hypot(unresolved * eta)
 }
 
-/// What is known of a scene without a simulation, for one accuracy that is asked for.
+/// Expected errors of all models of a scene, for one accuracy.
 #[derive(Debug, Clone)]
 pub(super) struct Outlook {
     pub(super) ideal: HydrostaticProfile,
     pub(super) theory: HydrostaticProfile,
-    /// Where the column freezes; then the theory is that of fluid and solid.
+    /// The part of the column that freezes, if any. The theory is then that of fluid and solid.
     pub(super) freezing: Option<DomainExit>,
     pub(super) column_density: f64,
     quantity: Quantity,
     isothermal: bool,
-    /// Error of the ideal gas if the theory were true.
+    /// Error of the ideal gas relative to the theory.
     pub(super) excluded_volume: f64,
-    /// Error of the theory by the layers at the walls, and by equation of state and local density
-    /// beyond them.
+    /// Errors of the theory: from the layers at the walls, and from equation of state and local
+    /// density beyond them.
     pub(super) layers: f64,
     pub(super) bulk: f64,
     /// Error of a density functional in the layers at the walls.
     pub(super) functional_layers: f64,
-    /// Errors of P and Z of theory and functional where the column above the layers lies too high or
-    /// too low, since they hold a wrong number of spheres.
+    /// Errors of P and Z in theory and functional from the shift of the column above the layers,
+    /// which hold a wrong number of spheres.
     pub(super) adsorption: [f64; 2],
-    /// Error of a base with one sphere, as far as errors are small.
+    /// Error by a base with one sphere, extrapolated from small errors.
     finite_base: f64,
     /// Error of a single configuration of one sphere.
     spread: f64,
     /// Mean distance of the spheres from the wall on which the column rests.
     extent: f64,
-    /// Pressure at the open end over that in the outermost bin that counts; 0 for n, which does not
-    /// need it.
+    /// Pressure at the open end over that in the outermost bin that counts; 0 for n.
     pub(super) open_end: f64,
 }
 
@@ -84,10 +83,10 @@ impl Outlook {
         scene: &Scene<F, T>,
         accuracy: &Accuracy,
     ) -> Result<Self, Error> {
-        /// A part of what excluded volume does that is so small that errors are linear in it.
+        /// A share so small that errors are linear in it.
         const SMALL: f64 = 1e-3;
         let (slab, column_density) = (scene.slab(), scene.column_density());
-        // All that points know of the size of spheres is where centers begin.
+        // Points, but between the lowest and the highest centers of spheres.
         let ideal = Hydrostatics::new(scene.field(), scene.temperature(), IdealGas)
             .base(slab.lowest_center())
             .lid(slab.highest_center())
@@ -95,7 +94,7 @@ impl Outlook {
         let fluid = scene.hydrostatics(&ModifiedKolafa);
         let (theory, freezing) = match fluid {
             Ok(profile) if profile.domain_exit().is_none() => (profile, None),
-            // No fluid carries the weight, or one that would freeze.
+            // The fluid does not carry the weight, or freezes.
             fluid => {
                 let exit = fluid.ok().and_then(|profile| profile.domain_exit());
                 let both = scene.hydrostatics(&FluidSolid::default())?;
@@ -110,7 +109,8 @@ impl Outlook {
         };
         let [points, spheres] = [&ideal, &theory].map(|profile| densities(scene, profile));
         let bins = accuracy.bins(scene, &spheres);
-        // Relative errors of P and Z need spheres in every bin; far up there may be none, to rounding.
+        // Relative errors of P and Z need spheres in every bin; far up the density may be zero to
+        // rounding.
         let inside = &spheres[bins.clone()];
         let nothing = match accuracy.quantity() {
             Quantity::Density => inside.iter().all(|&density| density <= 0.0),
@@ -125,7 +125,7 @@ impl Outlook {
             let value = height(scene, distance as f64);
             return Err(Error::InvalidParameter { name, value, requirement });
         }
-        // Errors of what lies between two profiles, and of what is added to one.
+        // Profiles between the two.
         let mixed = |part: f64| -> Vec<f64> {
             points.iter().zip(&spheres).map(|(point, sphere)| sphere + part * (point - sphere)).collect()
         };
@@ -141,14 +141,14 @@ impl Outlook {
             let mut layered = spheres.clone();
             for (from_wall, part) in shape.iter().enumerate().take(layered.len()) {
                 let [near, far] = [resting, open].map(|(_, eta, _)| 2.0 * layering(eta) * part);
-                // A part that is more than there is would have no meaning.
+                // Densities stay positive.
                 for (bin, change) in [(from_wall, near), (layered.len() - 1 - from_wall, far)] {
                     layered[bin] = (layered[bin] + change).max(0.1 * spheres[bin]);
                 }
             }
             layered
         };
-        // The column, higher by a small part of a diameter.
+        // The column, raised by a small share of a diameter.
         let risen: Vec<f64> = {
             let flow = |edge: usize| match edge {
                 0 => 0.0,
@@ -169,7 +169,7 @@ impl Outlook {
             layers: error(&layered(LAYERS_SHAPE, layering)),
             functional_layers: error(&layered(FUNCTIONAL_SHAPE, functional_layering)),
             adsorption: match accuracy.quantity() {
-                // That of n is part of what is misplaced near the walls.
+                // For n it is part of the error of the layers.
                 Quantity::Density => [0.0; 2],
                 _ => [rise, functional_rise].map(|rise| error(&risen) / SMALL * rise(resting.1)),
             },
@@ -190,12 +190,12 @@ impl Outlook {
         self.layers.hypot(self.bulk).hypot(self.adsorption[0])
     }
 
-    /// Error of the density functional: beyond the layers it is the theory.
+    /// Error of the density functional; beyond the layers that of the theory.
     pub(super) fn functional_error(&self) -> f64 {
         self.functional_layers.hypot(self.bulk).hypot(self.adsorption[1])
     }
 
-    /// What that may become.
+    /// Factor by which this error may be larger.
     pub(super) fn functional_allowance(&self) -> f64 {
         FUNCTIONAL_ALLOWANCE[self.quantity as usize]
     }
@@ -205,13 +205,13 @@ impl Outlook {
         self.excluded_volume.hypot(self.theory_error())
     }
 
-    /// What an error that is expected of a formula may become.
+    /// Factor by which the error of ideal gas or theory may be larger.
     pub(super) fn allowance(&self) -> f64 {
         ALLOWANCE[self.quantity as usize]
     }
 
-    /// What the noise of a single run may become: the expected root mean square may be as much too
-    /// small as the fit has scatter, and a seed two standard deviations worse than others.
+    /// Factor by which the noise of a single run may be larger: one scatter of the fit, and a seed
+    /// two standard deviations above the root mean square.
     pub(super) fn plan_allowance(&self, family: MoveFamily) -> f64 {
         let Noise { scatter, seeds, .. } = self.constants(family);
         libm::exp(scatter) * (1.0 + 2.0 * seeds)
@@ -221,8 +221,8 @@ impl Outlook {
         NOISE[self.quantity as usize][family as usize]
     }
 
-    /// What a base with `particles` spheres adds: of the pairs that make excluded volume, 1/N are
-    /// missing.
+    /// Error by a base with N = `particles` spheres: 1/N of the pairs that make up excluded volume
+    /// are missing.
     pub(super) fn finite_base(&self, particles: usize) -> f64 {
         self.finite_base / particles as f64
     }
@@ -232,26 +232,26 @@ impl Outlook {
         self.finite_base / error
     }
 
-    /// Variance of a run in units of that of as many independent spheres.
+    /// Variance of a run relative to that of as many independent spheres.
     fn inefficiency(&self, family: MoveFamily) -> f64 {
         let [constant, with_packing, with_extent, varying] = self.constants(family).inefficiency;
         let varying = if self.isothermal { 0.0 } else { varying };
         libm::exp(constant + with_packing * self.densest() + with_extent * libm::log(self.extent) + varying)
     }
 
-    /// The largest packing fraction, or that of freezing: nothing was measured beyond, and the
-    /// straight lines end there.
+    /// The largest packing fraction, at most that of freezing, where the calibration ends.
     fn densest(&self) -> f64 {
         crate::equation_of_state::packing_fraction(self.theory.density_maximum().1).min(FREEZING)
     }
 
-    /// Statistical error of a run; the theory, at which it starts, counts for some sweeps.
+    /// Statistical error of a run. The start at the theory profile counts as some additional
+    /// sweeps.
     pub(super) fn noise(&self, particles: usize, family: MoveFamily, sweeps: f64) -> f64 {
         let counted = (1.0 - MonteCarloPlan::EQUILIBRATION) * (sweeps + self.constants(family).head_start);
         self.spread * (self.inefficiency(family) / (counted * particles as f64)).sqrt()
     }
 
-    /// Sweeps for a statistical error; zero or less where the start would be enough.
+    /// Sweeps that reach a statistical error; zero or less if the start is accurate enough.
     pub(super) fn sweeps_for(&self, particles: usize, family: MoveFamily, error: f64) -> f64 {
         let unit = self.noise(particles, family, 1.0) / error;
         let head_start = self.constants(family).head_start;
@@ -265,7 +265,7 @@ impl Outlook {
     }
 }
 
-/// The part of a profile of fluid and solid that is denser than the fluid can be.
+/// The part of a profile of fluid and solid that is denser than the fluid at freezing.
 fn frozen_part(profile: &HydrostaticProfile) -> Option<DomainExit> {
     use crate::equation_of_state::{DomainSide, packing_fraction};
     const SAMPLES: u32 = 4096;
@@ -295,7 +295,7 @@ mod tests {
     use crate::{Generator, Slab};
     use rand::SeedableRng;
 
-    /// The paper's steep field leaves nothing, to rounding, in the upper half of its slab.
+    /// In the paper's steep field the density is zero to rounding in the upper half of the slab.
     #[test]
     fn a_slab_may_be_empty_far_up() {
         let slab = Slab::new(400.0, 5.0, 5.0).unwrap();
@@ -319,8 +319,7 @@ mod tests {
         Outlook::new(&scene, accuracy).unwrap()
     }
 
-    /// Points drawn from a known distribution are off by as much as the formulas say, in n, P and
-    /// Z.
+    /// Errors of n, P and Z from points of a known distribution are those of the formulas.
     #[test]
     fn noise_is_that_of_independent_points() {
         const SAMPLES: usize = 4000;
@@ -347,7 +346,7 @@ mod tests {
                     accuracy.error(&scene, &counts, &parts)
                 })
                 .collect();
-            // Of n the mean is known, of the others the mean square.
+            // The formulas give the mean for n, and the mean square for the others.
             let is_mean = quantity == Quantity::Density;
             let values: Vec<f64> =
                 errors.iter().map(|error| if is_mean { *error } else { error * error }).collect();
@@ -379,8 +378,7 @@ mod tests {
         }
     }
 
-    /// The density of a dilute gas at a wall is known, and so is what the theory makes of it; by
-    /// quadrature, not by the algebra that gave the coefficient.
+    /// The error of the theory in a dilute gas at a wall is known exactly; here by quadrature.
     #[test]
     fn layers_of_a_dilute_gas_are_exact() {
         // Steps of the quadrature over half a diameter.
@@ -399,8 +397,7 @@ mod tests {
         approx::assert_relative_eq!(misplaced, LAYERS[0] * eta * eta, max_relative = 2e-3);
     }
 
-    /// Layers and what the theory misses of n amount to the total variation distances that they
-    /// were fitted as.
+    /// Errors of n by the layers and beyond them are the total variation distances of the fit.
     #[test]
     fn errors_of_n_are_those_of_the_fit() {
         let outlook = outlook(2.0, 3.0, &Accuracy::density(0.1).unwrap());

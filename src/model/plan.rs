@@ -1,4 +1,4 @@
-//! A Monte Carlo run that was thought out beforehand.
+//! A planned Monte Carlo run.
 
 use super::accuracy::bins;
 use crate::frame::Frame;
@@ -11,17 +11,17 @@ use std::fmt;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum MoveFamily {
-    /// [`LocalMoves::tuned`]: jumps of many diameters where there is room.
+    /// [`LocalMoves::tuned`], for a dilute base.
     TunedLocal,
-    /// [`EventChains`] with tuned local moves in between: where the base is dense.
+    /// [`EventChains`] with tuned local moves in between, for a dense base.
     Chains,
 }
 
 impl MoveFamily {
-    /// All of them.
+    /// Both families.
     pub const ALL: [Self; 2] = [Self::TunedLocal, Self::Chains];
 
-    /// The moves as a simulation takes them.
+    /// The moves for [`SimulationBuilder::moves`](crate::SimulationBuilder::moves).
     #[must_use]
     pub fn moves(self) -> Moves {
         match self {
@@ -40,7 +40,7 @@ impl fmt::Display for MoveFamily {
     }
 }
 
-/// A box with the N/A of a scene, moves, and numbers of sweeps.
+/// A box with the N/A of a scene, a family of moves, and numbers of sweeps.
 ///
 /// ```
 /// use gradient_mc::model::{MonteCarloPlan, MoveFamily};
@@ -64,11 +64,11 @@ pub struct MonteCarloPlan {
 }
 
 impl MonteCarloPlan {
-    /// Part of the sweeps that equilibrate.
+    /// Share of the sweeps for equilibration.
     pub const EQUILIBRATION: f64 = 0.25;
 
-    /// A plan for `scene` over a square base that `particles` spheres fill to the same N/A, in
-    /// `sweeps` sweeps altogether.
+    /// A plan for `scene` with `particles` spheres over a square base of the same N/A, in `sweeps`
+    /// sweeps in total.
     ///
     /// # Errors
     /// [`Error::SlabTooSmall`] or [`Error::InvalidParameter`] for a base that is not possible.
@@ -95,13 +95,13 @@ impl MonteCarloPlan {
         self.particles
     }
 
-    /// What sweeps consist of.
+    /// The family of moves.
     #[must_use]
     pub fn family(&self) -> MoveFamily {
         self.family
     }
 
-    /// Sweeps altogether.
+    /// Sweeps in total.
     #[must_use]
     pub fn sweeps(&self) -> u64 {
         self.sweeps
@@ -142,7 +142,7 @@ impl MonteCarloPlan {
         Simulation::builder(planned).moves(self.family.moves()).seed(seed).build()
     }
 
-    /// Runs the plan: number densities in bins one diameter high, as those of
+    /// Runs the plan. Returns number densities in bins one diameter high, as
     /// [`densities`](super::densities).
     ///
     /// # Errors
@@ -164,7 +164,7 @@ impl fmt::Display for MonteCarloPlan {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             formatter,
-            "{} spheres over {:.2} x {:.2}, {}, {} sweeps and then {} that count",
+            "{} spheres over {:.2} x {:.2}, {}, {} sweeps to equilibrate and {} to measure",
             self.particles,
             self.slab.widths()[0],
             self.slab.widths()[1],
@@ -175,8 +175,8 @@ impl fmt::Display for MonteCarloPlan {
     }
 }
 
-/// Counts spheres diameter by diameter from the wall on which the column rests, without errors:
-/// also for a run of a few sweeps.
+/// Counts spheres in bins one diameter high from the wall on which the column rests. It needs no
+/// error bars, so it works for a few sweeps.
 #[derive(Debug, Clone)]
 struct Heights {
     open_end: Wall,

@@ -4,15 +4,15 @@
 //! |---|---|---|
 //! | [`LocalMoves`] | detailed | the paper's rule; any drive |
 //! | [`LocalMoves::tuned`] | detailed | any scene, without a choice of S; the fastest where the base is not dense |
-//! | [`EventChains`] | global | the fastest where it is dense (with local moves in between); drives that are fixed while measuring |
+//! | [`EventChains`] | global | the fastest where the base is dense (with local moves in between); only drives that are fixed in production |
 //!
-//! [`Moves::default`], chains with tuned local moves between them, is what a simulation takes that
-//! names none; the scheme of the paper ([`Instantaneous`](crate::drive::Instantaneous)) has local
-//! moves with S = 0.75 instead.
+//! The default of a simulation is [`Moves::default`]: chains with tuned local moves between them.
+//! With the scheme of the paper ([`Instantaneous`](crate::drive::Instantaneous)) it is local moves
+//! with S = 0.75.
 //!
-//! Each reads the drive (`reduced_potential` through
-//! [`log_acceptance`](crate::drive::log_acceptance), or its derivative `reduced_force`) and nothing
-//! else. A new family is a new file here and a variant of [`Moves`].
+//! All families decide by the drive alone: by `reduced_potential` through
+//! [`log_acceptance`](crate::drive::log_acceptance), or by its derivative `reduced_force`. A new
+//! family is a folder here and a variant of [`Moves`].
 
 mod event_chain;
 mod local;
@@ -28,6 +28,12 @@ use crate::random::Generator;
 use crate::{Error, Field, Scene, Slab, TemperatureProfile};
 
 /// What the sweeps of a simulation consist of.
+///
+/// ```
+/// use gradient_mc::moves::{EventChains, LocalMoves, Moves};
+/// let chains = EventChains::default().local_moves(Some(LocalMoves::tuned()));
+/// assert_eq!(Moves::default(), chains.into());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Moves {
@@ -50,17 +56,16 @@ impl From<EventChains> for Moves {
 }
 
 impl Default for Moves {
-    /// Event chains with tuned local moves between them: what a builder takes that is told nothing.
-    /// Jumps alone are up to twice as fast where the base is not dense, and do not get anywhere
-    /// where it is.
+    /// Event chains with tuned local moves between them. Tuned local moves alone are up to twice as
+    /// fast where the base is not dense, and hardly move the column where it is.
     fn default() -> Self {
         EventChains::default().local_moves(Some(LocalMoves::tuned())).into()
     }
 }
 
 impl Moves {
-    /// The moves of a simulation, by those that were named and whether its steady state depends on
-    /// them.
+    /// The moves of a simulation: those that are named, or else the default of the scheme, whose
+    /// steady state may depend on the moves.
     pub(crate) fn chosen(named: Option<Self>, steady_state_depends: bool) -> Result<Self, Error> {
         match named {
             None if steady_state_depends => Ok(LocalMoves::one(0.75).into()),
@@ -92,7 +97,7 @@ pub(crate) struct Sweep<'a, F, T, D> {
     pub(crate) recorder: Option<&'a mut dyn Recorder>,
 }
 
-/// A family of moves with what it keeps between sweeps.
+/// A family of moves and its data between sweeps.
 #[derive(Debug, Clone)]
 pub(crate) enum Engine {
     Local(local::Engine),

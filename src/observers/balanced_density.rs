@@ -267,8 +267,8 @@ mod tests {
         for (balanced, counted) in rows.filter(|(_, counted)| counted.number_density.mean > 0.02) {
             let [one, other] = [balanced.number_density, counted.number_density];
             let ratio = one.standard_error / other.standard_error;
-            // Of an optimal mean and one of its parts, the variance of the difference is that of the
-            // variances.
+            // The variance of the difference between an optimal mean and one of its parts is the
+            // difference of their variances.
             let variance = other.standard_error * other.standard_error * (1.0 - ratio * ratio).max(0.05);
             sums[0] += (one.mean - other.mean) * (one.mean - other.mean) / variance;
             sums[1] += ratio;
@@ -289,7 +289,7 @@ mod tests {
             assert!((0.3..2.5).contains(&square), "{height}: {square}, {ratio}");
             assert!(ratio < largest, "{height}: {square}, {ratio}");
         }
-        // A box in which nothing comes from the field.
+        // A box without a field.
         let [square, ratio] =
             compare(UniformField::new(0.0).unwrap(), 12.0, Bins::of_width(0.1).from(0.5).to(11.5));
         assert!((0.3..2.5).contains(&square) && ratio < 1.05, "{square}, {ratio}");

@@ -213,8 +213,8 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
-    /// Close-packed layers of nearest distance `spacing`, stacked as the letters say, and each
-    /// displaced at random up to `jitter` along every axis.
+    /// Close-packed layers with nearest distance `spacing`, stacked by the letters, with random
+    /// displacements of up to `jitter` along each axis.
     fn stacked(letters: &str, spacing: f64, jitter: f64) -> (Slab, Vec<Vector3<f64>>) {
         let (columns, rows) = (6, 4);
         let row = spacing * 3.0_f64.sqrt();
@@ -248,8 +248,7 @@ mod tests {
         (slab, positions)
     }
 
-    /// Fraction of spheres for which `structure` is what the stacking says, of all layers that have
-    /// two neighbors.
+    /// Fraction of correctly classified spheres in all layers between two others.
     fn recognized(letters: &str, spacing: f64, jitter: f64) -> f64 {
         let (slab, positions) = stacked(letters, spacing, jitter);
         let mut order = BondOrder::new(&slab);
@@ -299,7 +298,7 @@ mod tests {
             let right = recognized(letters, 1.1, 0.1);
             assert!(right > 0.98, "{letters}: {right}");
         }
-        // Noise that no crystal survives is not taken for one.
+        // Noise that destroys the crystal.
         assert!(recognized(STACKINGS[0], 1.1, 0.6) < 0.05);
     }
 

@@ -12,6 +12,20 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Warning};
 /// variance is exactly Var(h) = (T²/N) dh/dT.
 ///
 /// It stores sixteen bytes per frame. Wrap it in [`Every`](crate::Every) to sample fewer frames.
+///
+/// ```
+/// use gradient_mc::observers::CenterOfMass;
+/// use gradient_mc::{Every, Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 36, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let mut simulation = Simulation::builder(scene).seed(1).build()?;
+/// let mut center_of_mass = Every::new(5, CenterOfMass::new());
+/// simulation.equilibrate(100, &mut ())?;
+/// simulation.run(500, &mut center_of_mass)?;
+/// let center_of_mass = center_of_mass.observer;
+/// assert_eq!(center_of_mass.heights().len(), 100);
+/// println!("{}, drift {}", center_of_mass.estimate()?, center_of_mass.drift()?);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Default)]
 pub struct CenterOfMass {
     run: OneRun,
@@ -247,7 +261,8 @@ mod tests {
         center.merge(&observed(1000, 1_000_000)).unwrap();
         assert_eq!((center.sweeps().len(), center.heights().len(), center.sweeps()[7]), (3000, 3000, 70));
         let estimate = center.estimate().unwrap();
-        // Four standard errors, T/√(25 · 4000); blocking knows them to about 3 %, and adds up to 2 %.
+        // Four standard errors T/√(25 · 4000). Blocking gives them within about 3 %, up to 2 % too
+        // large.
         let error = 1.0 / 4000_f64.sqrt();
         assert!((estimate.mean - 5.5).abs() < 4.0 * error, "{estimate}");
         assert!((estimate.standard_error / error - 1.0).abs() < 0.15, "{}", estimate.standard_error / error);
@@ -280,7 +295,7 @@ mod tests {
             (estimate.mean - 5.5).abs() < 4.0 / 3000_f64.sqrt() && estimate.standard_error < 0.025,
             "{estimate}"
         );
-        // A replica that is still on its way is no steady state.
+        // A replica that still relaxes has no steady state.
         center.merge(&relaxing(2_000_000, 2000)).unwrap();
         assert!(matches!(center.equilibrated(), Err(Error::NotEquilibrated { observations: 2000, .. })));
         assert_eq!(CenterOfMass::new().equilibrated().unwrap().heights().len(), 0);

@@ -202,7 +202,7 @@ mod tests {
         let exact = 40.0 * probability / 50.0;
         let error = (40.0 * probability * (1.0 - probability) / frames as f64).sqrt() / 50.0;
         assert!((point.number_density.mean - exact).abs() < 4.0 * error);
-        // Largest of levels with 256 to 16 blocks: up to 15 % high, and 18 % scatter.
+        // The errors are up to 15 % too large, with a scatter of 18 %.
         let ratio = point.number_density.standard_error / error;
         assert!(ratio > 0.8 && ratio < 1.7, "{ratio}");
         let other = DensityProfile::new(&scene.slab, Bins::count(99)).unwrap();

@@ -197,7 +197,7 @@ mod tests {
                 moved(&mut profile, &mut scene, 9.5, 0.5);
             }
             if interval == 20 {
-                // The simulation ran on its own for a while.
+                // The simulation ran without the observer for a while.
                 scene.sweep.set(scene.sweep.get() + 1000);
                 scene.move_counts.accepted += 1;
             }
@@ -234,7 +234,7 @@ mod tests {
         }
         let point = pooled.points().unwrap()[0];
         approx::assert_relative_eq!(point.mean_displacement.mean, 0.3, max_relative = 1e-12);
-        // Replicas that disagree show it: two means 0.2 apart.
+        // Replicas disagree: two means 0.2 apart.
         let error = point.mean_displacement.standard_error;
         approx::assert_relative_eq!(error, 0.1, max_relative = 1e-9);
         let other = DisplacementProfile::new(&Scene::new(10.0, &[]).slab, Bins::count(2)).unwrap();

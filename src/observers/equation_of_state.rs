@@ -23,6 +23,19 @@ use crate::{Error, Frame, Merge, Observer, ObserverError, Slab, Warning};
 ///
 /// In a bin that was always empty, quantities divided by its density are NaN. If it was occupied in
 /// only one block of frames, their errors are NaN.
+///
+/// ```
+/// use gradient_mc::observers::{Bins, EquationOfStateProfile};
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+/// let slab = Slab::new(60.0, 6.0, 6.0)?;
+/// let scene = Scene::new(slab, 72, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let mut profile = EquationOfStateProfile::new(&slab, Bins::of_width(1.0))?;
+/// Simulation::builder(scene).build()?.run(64, &mut profile)?;
+/// let points = profile.points()?;
+/// assert_eq!((points.len(), points[10].temperature), (60, 5.0));
+/// println!("Z = {} at η = {}", points[10].compressibility_factor, points[10].packing_fraction);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct EquationOfStateProfile {
     run: OneRun,
@@ -421,8 +434,8 @@ mod tests {
                 *square += point.deviation.deviation_from(0.0).powi(2) / RUNS as f64;
             }
         }
-        // The claimed error is high by about 6 % and scatters by 13 %: expected square 0.95; that of 200
-        // runs scatters by 0.1.
+        // The claimed error is high by about 6 % and scatters by 13 %: expected square 0.95; that
+        // of 200 runs scatters by 0.1.
         assert!(squares.iter().all(|square| (square - 0.95).abs() < 0.4), "{squares:?}");
     }
 

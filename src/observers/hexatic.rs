@@ -142,7 +142,7 @@ mod tests {
         assert!((order.local().unwrap().mean - 1.0).abs() < 1e-12);
         assert!((order.global().unwrap().mean - 1.0).abs() < 1e-12);
         let (local, global) = (disorder.local().unwrap(), disorder.global().unwrap());
-        // k directions at random: √(π/4k), five on average; both numbers are rough bounds.
+        // For k random directions √(π/4k), with k = 5 on average; both numbers are rough bounds.
         assert!(local.mean > 0.35 && local.mean < 0.55, "{local}");
         assert!(global.mean < 0.12, "{global}");
         order.merge(&disorder).unwrap();

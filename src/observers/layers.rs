@@ -5,6 +5,22 @@ use crate::Error;
 use crate::statistics::Estimate;
 
 /// One layer of spheres: a maximum of n(x) between two minima.
+///
+/// ```
+/// use gradient_mc::observers::{Bins, DensityProfile, Layer};
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+/// let slab = Slab::new(60.0, 6.0, 6.0)?;
+/// let scene = Scene::new(slab, 720, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let mut simulation = Simulation::builder(scene).seed(1).build()?;
+/// let mut profile = DensityProfile::new(&slab, Bins::count(150).from(0.5).to(8.0))?;
+/// simulation.equilibrate(200, &mut ())?;
+/// simulation.run(200, &mut profile)?;
+/// // The first layer touches the base and is very clear.
+/// let first: Layer = profile.layers(Layer::CLEAR)?[0];
+/// assert_eq!(first.position.mean, 0.5);
+/// assert!(first.visibility.mean > 0.5);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 #[non_exhaustive]
@@ -286,7 +302,7 @@ mod tests {
             scene.place(&ideal_heights(50, frame));
             profile.observe(&scene.frame()).unwrap();
         }
-        // Counts of ten a bin: without the standard errors noise makes many "layers".
+        // Ten counts per bin: without the standard errors, noise would give many "layers".
         let points = profile.points().unwrap();
         assert!(profile.layers(0.05).unwrap().is_empty());
         let certain = |point: &DensityPoint| {

@@ -170,7 +170,7 @@ mod tests {
         }
         assert!((angles.neighbors_per_sphere().unwrap().mean - 6.0).abs() < 1e-12);
         for point in angles.points().unwrap() {
-            // Of five angles each in a bin of its own, 180/5; none at zero.
+            // Five angles, each in its own bin, give 180/5; none is at zero.
             let peak = point.degrees % 60.0 == 0.0 && point.degrees > 0.0;
             let expected = if peak { 36.0 } else { 0.0 };
             assert!((point.angular_distribution.mean - expected).abs() < 1e-12, "at {}", point.degrees);

@@ -222,7 +222,8 @@ mod tests {
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64Mcg;
 
-    /// Against all pairs, in slabs of one, two and many cells across, with few and many spheres.
+    /// Compared with a search over all pairs, in slabs of one, two and many cells across, with few
+    /// and many spheres.
     #[test]
     fn all_pairs_within_the_radius_are_found_once() {
         let mut generator = Pcg64Mcg::seed_from_u64(3);
@@ -242,9 +243,9 @@ mod tests {
                     .map(|_| Vector3::new(0.5 + along(height), along(widths[0]), along(widths[1])))
                     .collect();
                 let mut neighbors = Neighbors::new(&slab, radius).unwrap();
-                // What was gathered before is forgotten.
+                // Earlier positions must be replaced.
                 neighbors.gather([Vector3::new(1.0, 1.0, 1.0), Vector3::new(1.0, 1.0, 1.0)]);
-                // Any image of a sphere stands for it.
+                // Positions may be any periodic image.
                 let image = |(sphere, position): (usize, &Vector3<f64>)| {
                     let periods = [sphere % 5, sphere / 5 % 5].map(|period| period as f64 - 2.0);
                     position + Vector3::new(0.0, periods[0] * widths[0], periods[1] * widths[1])

@@ -106,7 +106,7 @@ impl OneRun {
         match self.scene.zip(other.scene).and_then(|(mine, other)| mine.difference(&other)) {
             None => Ok(()),
             Some((name, _, value)) => {
-                let requirement = "observers can only be pooled if they looked at the same scene";
+                let requirement = "observers can only be pooled if they sampled the same scene";
                 Err(Error::InvalidParameter { name, value, requirement })
             }
         }
@@ -145,7 +145,7 @@ mod tests {
     use crate::temperature::Isothermal;
     use crate::{Merge, Observer};
 
-    /// An observer that has seen sweep 7 takes sweep 8, and no frame of another run before it.
+    /// An observer that has seen sweep 7 accepts sweep 8, and refuses frames of another run.
     fn looks_at_one_run<O: Observer + Merge + Clone>(observer: &O) {
         let scene = || Scene::new(20.0, &[1.0, 2.0, 3.5]);
         let mut observer = observer.clone();
@@ -165,7 +165,7 @@ mod tests {
             let refused = observer.observe(&other.frame()).unwrap_err();
             let refused = refused.downcast::<Error>().unwrap();
             assert!(matches!(*refused, Error::AnotherRun { what, .. } if what.contains(name)), "{refused}");
-            // Of the slab it knows before the first frame; for others it may be the first.
+            // Its slab is known before the first frame; other properties are not.
             let mut other_observer = fresh.clone();
             if other_observer.observe(&other.frame()).is_ok() && name != "sweep" {
                 let refused = observer.merge(&other_observer).unwrap_err();
@@ -173,7 +173,8 @@ mod tests {
             }
         }
         observer.observe(&first.frame()).unwrap();
-        // A replica goes its own way, and one that has seen nothing learns from it what scene it is of.
+        // A replica has its own sweep numbers, and an empty one takes over the scene when it is
+        // merged.
         let mut replica = fresh.clone();
         replica.merge(&observer).unwrap();
         assert!(replica.observe(&others[2].frame()).is_err());

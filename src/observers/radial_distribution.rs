@@ -212,9 +212,9 @@ mod tests {
         assert!(matches!(distribution.merge(&other), Err(Error::InvalidParameter { .. })));
     }
 
-    /// Hard discs, sampled exactly: independent points, taken if no two overlap. To first order in
-    /// their density ρ, g(r) = 1 + ρ B(r), with B the area that two discs of radius 1 share
-    /// whose centers are r apart.
+    /// Hard discs, sampled exactly: independent points, accepted if no two overlap. To first order
+    /// in their density ρ, g(r) = 1 + ρ B(r), where B is the common area of two discs of radius 1
+    /// at distance r.
     #[test]
     fn a_dilute_gas_of_hard_discs_has_its_first_peak() {
         const DISCS: usize = 20;
@@ -234,7 +234,7 @@ mod tests {
             while scene.positions.len() < DISCS {
                 let disc = [0.6, 20.0 * generator.random::<f64>(), 20.0 * generator.random::<f64>()];
                 if scene.positions.iter().any(|other| overlap(&disc, other)) {
-                    // All over again: to try only this one would favor crowded places.
+                    // Start again with all discs; a new trial of this disc alone would be biased.
                     scene.positions.clear();
                 } else {
                     scene.positions.push(disc);
@@ -243,7 +243,7 @@ mod tests {
             distribution.observe(&scene.frame()).unwrap();
         }
         let density = DISCS as f64 / 400.0;
-        // A fixed number M of discs: the other M − 1 share the area that one leaves free.
+        // For a fixed number M, the other M − 1 discs share the area left free by one.
         let far = (1.0 - 1.0 / DISCS as f64) / (1.0 - PI / 400.0);
         let mut from_ideal = 0.0_f64;
         for point in distribution.points().unwrap() {
@@ -254,14 +254,15 @@ mod tests {
             }
             let shared = 2.0 * (0.5 * distance).acos() - 0.5 * distance * (4.0 - distance * distance).sqrt();
             let expected = far * if distance < 2.0 { 1.0 + density * shared } else { 1.0 };
-            // The next order is that of ρ², 0.2 % or so.
+            // The next order, ρ², is about 0.2 %.
             let off = (value.mean - expected).abs();
             assert!(off < 4.0 * value.standard_error + 0.004, "{value} and not {expected} at {distance}");
-            // 0.009 from independent frames, and the scatter of 15 % that errors have, in fifty bins.
+            // The error from independent frames is 0.009. Errors scatter by 15 %; there are fifty
+            // bins.
             assert!(value.standard_error < 0.013, "{value}");
             from_ideal = from_ideal.max((value.mean - far) / value.standard_error);
         }
-        // Without correlations the 6 % near contact could not be understood.
+        // The increase by 6 % near contact is significant.
         assert!(from_ideal > 5.0, "{from_ideal}");
     }
 
@@ -269,7 +270,7 @@ mod tests {
     #[test]
     fn a_hexagonal_layer_has_its_shells() {
         let (mut scene, spacing) = hexagonal_layer(8, 1.103);
-        // One layer above, to be left out.
+        // A layer above that must not count.
         let above: Vec<[f64; 3]> = scene.positions.iter().map(|&[x, y, z]| [x + 0.9, z, y]).collect();
         let spheres = scene.positions.len() as f64;
         scene.positions.extend(above);

@@ -1,4 +1,4 @@
-//! Frames made by hand, for the tests.
+//! Frames for tests.
 
 use crate::centers::Centers;
 use crate::field::UniformField;
@@ -9,13 +9,13 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64Mcg;
 use std::cell::Cell;
 
-/// A scene whose spheres are where the test puts them.
+/// A scene with spheres at given positions.
 pub(super) struct Scene {
     pub(super) slab: Slab,
     pub(super) field: Box<dyn Field>,
     pub(super) temperature: Box<dyn TemperatureProfile>,
     pub(super) positions: Vec<[f64; 3]>,
-    /// Of the frame that comes next.
+    /// Number of the sweep of the next frame.
     pub(super) sweep: Cell<u64>,
     pub(super) move_counts: MoveCounts,
 }
@@ -39,7 +39,7 @@ impl Scene {
         self.positions = heights.iter().map(|&height| [height, 1.0, 2.0]).collect();
     }
 
-    /// A frame of the sweep after that of the frame before.
+    /// The frame of the next sweep.
     pub(super) fn frame(&self) -> Frame<'_> {
         let sweep = self.sweep.get();
         self.sweep.set(sweep + 1);

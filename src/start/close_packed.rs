@@ -8,8 +8,17 @@ use nalgebra::Vector3;
 use std::collections::HashMap;
 
 /// A close-packed crystal that stands on the base, filled from below; the top layer has random
-/// vacancies. Far below the steady state: the other side from
-/// [`RandomInsertion`](super::RandomInsertion).
+/// vacancies. It is far below the steady state, while [`RandomInsertion`](super::RandomInsertion)
+/// is above it.
+///
+/// ```
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, start::ClosePacked, temperature::Isothermal};
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 360, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let simulation = Simulation::builder(scene).start(ClosePacked).build()?;
+/// let highest = simulation.frame().heights().fold(0.0, f64::max);
+/// assert!(highest < 12.0);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct ClosePacked;
 
@@ -22,30 +31,29 @@ impl Start for ClosePacked {
     }
 }
 
-/// Adjacent sites are this much farther apart than touching: event chains pass on from sphere to
-/// sphere by the gaps between them, and would not get ahead without.
+/// Gap between adjacent spheres. Without gaps event chains could not advance.
 const GAP: f64 = 1e-3;
-/// Spheres are placed at random within this distance of their site along each axis: in a perfect
-/// lattice chains close gaps until rings of touching spheres fit the width exactly, and are stuck.
-/// Two neighbors take up at most 2·√3/4 of the gap.
+/// Largest random displacement of a sphere from its site along each axis. In a perfect lattice,
+/// chains would close the gaps until rings of touching spheres fit the width exactly and jam. Two
+/// neighbors use at most 2·√3/4 of the gap.
 const JITTER: f64 = 0.25 * GAP;
 
 /// Layers of a two-dimensional lattice, every other layer shifted over the hollows of the one
 /// below.
 ///
-/// Nothing is kept of a site: each is worked out where it is used.
+/// Sites are not stored, but computed when they are used.
 #[derive(Debug, Clone)]
 pub(super) struct Lattice {
     /// Rows of a layer, and sites in a row.
     rows: usize,
     in_row: usize,
-    /// Along a row and from row to row.
+    /// Distance of sites along a row, and from row to row.
     step: [f64; 2],
-    /// By how much of a step every other row is shifted.
+    /// Shift of every other row, in steps along the row.
     row_shift: f64,
     /// Whether rows lie along z.
     swap: bool,
-    /// Of odd layers, along y and z.
+    /// Shift of odd layers, along y and z.
     shift: [f64; 2],
     spacing: f64,
     layers: usize,
@@ -68,9 +76,8 @@ impl Lattice {
         best
     }
 
-    /// Rows of touching spheres along the first width, `row_distance` apart at least, every other
-    /// row shifted by `row_shift` of the spacing in the row; `swap` exchanges y and z at the
-    /// end.
+    /// Rows of spheres along the first width, at least `row_distance` apart, with every other row
+    /// shifted by `row_shift` of the spacing in the row. `swap` exchanges y and z at the end.
     fn of_rows(slab: &Slab, widths: [f64; 2], row_distance: f64, row_shift: f64, swap: bool) -> Self {
         let count = |width: f64, spacing: f64| {
             // Widths are between 3 and 1e6.
@@ -83,7 +90,8 @@ impl Lattice {
         // Shifted rows come in pairs.
         let rows = if row_shift > 0.0 { rows / 2 * 2 } else { rows };
         let step = [widths[0] / in_row as f64, widths[1] / rows as f64];
-        // Over the middle of a square, or on the axis of a triangle where its corners are equally far.
+        // Above the middle of a square, or the point with equal distances to the corners of a
+        // triangle.
         let shift = if row_shift > 0.0 {
             let [a, h] = step;
             [0.5 * a, (h * h - 0.25 * a * a) / (2.0 * h)]
@@ -91,8 +99,8 @@ impl Lattice {
             [0.5 * step[0], 0.5 * step[1]]
         };
         let mut lattice = Self { rows, in_row, step, row_shift, swap: false, shift, spacing: 1.0, layers: 1 };
-        // The shift leads into the first cell: what is nearest is in the first rows and columns, or comes
-        // round.
+        // The shift leads into the first cell, so the nearest sites are in the first or, by
+        // periodicity, the last rows and columns.
         let near = |count: usize| [0, 1, 2, count - 1].into_iter().filter(move |&index| index < count);
         let nearest = near(rows)
             .flat_map(|row| near(in_row).map(move |column| row * in_row + column))
@@ -155,8 +163,8 @@ impl Lattice {
         self.layers
     }
 
-    /// Puts `wanted(layer)` more spheres on random sites of each layer; what does not fit goes to
-    /// the next layer, and what is left above the last to vacancies from the top down.
+    /// Puts `wanted(layer)` spheres on random sites of each layer. Spheres that do not fit go to
+    /// the next layer; those left after the last layer fill vacancies from the top down.
     pub(super) fn fill(
         &self,
         scene: &AnyScene<'_>,
@@ -180,12 +188,12 @@ impl Lattice {
             *count += added;
             waiting -= added;
         }
-        // The sites of a layer in an order of which only what has been changed is kept.
+        // A permutation of the sites of a layer, of which only changed entries are stored.
         let mut order: HashMap<usize, usize> = HashMap::new();
         let mut chosen_sites = Vec::new();
         let mut positions = Vec::with_capacity(particles);
         for (layer, &count) in occupied.iter().enumerate() {
-            // The first `count` of a Fisher-Yates shuffle.
+            // The first `count` entries of a Fisher-Yates shuffle.
             chosen_sites.clear();
             for chosen in 0..count {
                 let other = chosen + index(generator, per_layer - chosen);
@@ -202,7 +210,7 @@ impl Lattice {
                     wrap((site[axis] + shift) % slab.widths()[axis] + jitter, slab.widths()[axis])
                 };
                 let [x, y, z] = [0; 3].map(|_| JITTER * symmetric(generator));
-                // Within half the jitter of the lid or the base, upward or downward is all that is left.
+                // The clamp keeps spheres next to the base or the lid inside.
                 let height = (height + x).clamp(slab.lowest_center(), slab.highest_center());
                 positions.push(Vector3::new(height, along(0, y), along(1, z)));
             }

@@ -6,14 +6,14 @@ use crate::functional;
 use crate::{AnyScene, Error, Generator};
 use nalgebra::Vector3;
 
-/// As [`Theory`](super::Theory), with the numbers in each layer of the lattice from a density
-/// functional, which knows the layers at the walls.
+/// As [`Theory`](super::Theory), but the number of spheres in each layer of the lattice comes from
+/// a density functional, which includes the layers at the walls.
 ///
-/// The lattice has to melt all the same, but a dense base is right sooner: with 40 spheres per area
-/// at T = 5, bins of a quarter of a diameter up to x = 4 are off by 4 % (root mean square) between
-/// sweeps 80 and 160, and by 10 % from [`Theory`](super::Theory); from sweep 160 on both are alike.
-/// It costs some tenths of a second, and there is none where
-/// [`Scene::density_functional`](crate::Scene::density_functional) fails, as in a column that
+/// The lattice still has to melt, but the profile at a dense base relaxes sooner. With 40 spheres
+/// per area at T = 5, densities in bins of a quarter of a diameter up to x = 4 deviate by 4 % (root
+/// mean square) between sweeps 80 and 160, compared with 10 % for [`Theory`](super::Theory). From
+/// sweep 160 on both are equal. The start takes some tenths of a second. It is an error where
+/// [`Scene::density_functional`](crate::Scene::density_functional) fails, as for a column that
 /// freezes.
 ///
 /// ```
@@ -37,7 +37,8 @@ impl<W: functional::Functional> Start for Functional<W> {
     fn place(&self, scene: &AnyScene<'_>, generator: &mut Generator) -> Result<Vec<Vector3<f64>>, Error> {
         by_quantiles(scene, generator, || {
             let profile = scene.density_functional(&self.0)?;
-            // Beside a wall a single layer is denser than any fluid; a lattice has it too.
+            // A single layer at a wall is denser than any fluid, so densities are averaged over a
+            // diameter.
             let steps = (profile.top() - profile.base()).ceil();
             let diameters =
                 std::iter::successors(Some(0.0), move |step| (step + 1.0 < steps).then_some(step + 1.0));

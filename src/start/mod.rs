@@ -1,15 +1,16 @@
 //! Initial configurations.
 //!
-//! | start | what it is for |
+//! | start | configuration |
 //! |---|---|
-//! | [`Theory`] | the hydrostatic profile: shortest equilibration, any packing up to freezing |
-//! | [`Functional`] | a density functional's profile, layers at the walls included |
-//! | [`RandomInsertion`] | random sequential insertion at n = 0.1, as in the 2011 paper: far too high |
-//! | [`ClosePacked`] | a close-packed crystal on the base: far too low |
-//! | [`TrajectoryFrame`] | where an earlier run was, as extended XYZ or GSD |
-//! | [`Positions`] | whatever you have |
+//! | [`Theory`] | the hydrostatic profile, at any packing: shortest equilibration, the default |
+//! | [`Functional`] | the profile of a density functional, with the layers at the walls |
+//! | [`RandomInsertion`] | random sequential insertion at n = 0.1, as in the 2011 paper: far above the steady state |
+//! | [`ClosePacked`] | a close-packed crystal on the base: far below the steady state |
+//! | [`TrajectoryFrame`] | a frame of an earlier run, as extended XYZ or GSD |
+//! | [`Positions`] | given positions |
 //!
-//! A claim about the steady state needs two of them that meet. To add a start, implement [`Start`].
+//! To show that a run has reached the steady state, compare two opposite starts. To add a start,
+//! implement [`Start`].
 
 mod close_packed;
 mod functional;
@@ -31,8 +32,7 @@ use std::sync::Arc;
 
 /// A way to place the spheres of a scene.
 ///
-/// `&`, `Box` and `Arc` of a start are starts, so that it can be chosen at run time as `Box<dyn
-/// Start>`.
+/// `&`, `Box` and `Arc` of a start are starts, so it can be chosen at run time as `Box<dyn Start>`.
 ///
 /// ```
 /// use gradient_mc::start::Start;
@@ -46,7 +46,8 @@ use std::sync::Arc;
 /// }
 /// ```
 pub trait Start: Send + Sync {
-    /// As many centers as the scene has spheres, inside the slab; the simulation checks them.
+    /// Returns as many centers as the scene has spheres, inside the slab. The simulation checks
+    /// them.
     ///
     /// # Errors
     /// Any [`Error`], as documented by the start.

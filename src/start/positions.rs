@@ -14,8 +14,8 @@ use nalgebra::Vector3;
 /// let centers = vec![Vector3::new(0.5, 1.0, 1.0), Vector3::new(1.5, 1.0, 1.0)];
 /// let mut simulation = Simulation::builder(scene).start(Positions(centers)).build()?;
 /// simulation.equilibrate(10, &mut ())?;
-/// // Another run from here: with another seed, or it draws the same random numbers again. What was tuned, and a field
-/// // that was measured, are not taken along: equilibrate anew.
+/// // Another run from here. With the same seed it would draw the same random numbers. Tuned
+/// // parameters and a measured field are not taken along, so equilibrate again.
 /// let resumed = Simulation::builder(scene).start(Positions(simulation.positions())).seed(1).build()?;
 /// assert_eq!(resumed.positions(), simulation.positions());
 /// # Ok::<(), gradient_mc::Error>(())

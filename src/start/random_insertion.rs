@@ -7,10 +7,20 @@ use crate::random::unit;
 use crate::{AnyScene, Error, Generator};
 use nalgebra::Vector3;
 
-/// Spheres inserted one by one at random where they do not overlap, from the base up to the height
-/// at which they have a given number density, or to the lid if it is lower.
+/// Spheres inserted one by one at random positions without overlap, from the base up to the height
+/// that gives a number density, or to the lid if that is lower.
 ///
 /// Random insertion jams near a packing fraction of 0.38 (n = 0.73).
+///
+/// ```
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, start::RandomInsertion, temperature::Isothermal};
+/// let scene = Scene::new(Slab::new(60.0, 6.0, 6.0)?, 180, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let simulation = Simulation::builder(scene).start(RandomInsertion::new(0.2)?).build()?;
+/// // 180/36 spheres per area at n = 0.2 fill 25 diameters.
+/// let highest = simulation.frame().heights().fold(0.0, f64::max);
+/// assert!(highest > 20.0 && highest < 25.0);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RandomInsertion {
     number_density: f64,
@@ -22,7 +32,7 @@ impl RandomInsertion {
     /// # Errors
     /// [`Error::InvalidParameter`] unless positive and finite.
     pub fn new(number_density: f64) -> Result<Self, Error> {
-        let name = "number density of the uniform start";
+        let name = "number density of random insertion";
         Ok(Self { number_density: Error::require_positive(name, number_density)? })
     }
 }
@@ -38,13 +48,13 @@ impl Start for RandomInsertion {
     /// # Errors
     /// [`Error::InsertionFailed`] when the spheres do not fit.
     fn place(&self, scene: &AnyScene<'_>, generator: &mut Generator) -> Result<Vec<Vector3<f64>>, Error> {
-        // A million failures in a row: the free volume is below some 1e-6 of the whole.
+        // After a million failures in a row the free volume is below about 1e-6 of the whole.
         const ATTEMPTS: usize = 1_000_000;
         let slab = scene.slab();
         let [width_y, width_z] = slab.widths();
         let requested = scene.particles();
-        // Centers keep half a diameter off the walls; the density is that of the slab between surfaces,
-        // so that the paper's 25 000 spheres fill its 400 diameters.
+        // Centers keep half a diameter off the walls; the density is that of the slab between
+        // surfaces, so that the paper's 25 000 spheres fill its 400 diameters.
         let top = scene.column_density() / self.number_density;
         let range = (top.min(slab.height()) - 1.0).max(0.0);
         let mut configuration = Configuration::empty(*slab);

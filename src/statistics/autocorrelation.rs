@@ -132,11 +132,12 @@ mod tests {
                 (mean - exact).abs() < 4.0 * error + bias,
                 "{correlation}: {mean} instead of {exact} ± {error}"
             );
-            // For exponential decay Bartlett's formula at W = 5τ gives √(2.75/5) = 0.74 of the claimed
-            // error, for white noise 0.93; a scatter of 64 is known to 9 %, so four of those either side.
+            // For exponential decay Bartlett's formula at W = 5τ gives √(2.75/5) = 0.74 of the
+            // claimed error, for white noise 0.93. The scatter of 64 values has an error of 9 %;
+            // four of those on either side.
             let scatter = (results.iter().map(|r| (r.time.mean - mean).powi(2)).sum::<f64>() / 63.0).sqrt();
             let ratio = scatter / claimed;
-            // The error of an anticorrelated series is of another kind, and smaller.
+            // The error for an anticorrelated series is smaller.
             let least = if correlation < 0.0 { 0.0 } else { 0.74 * 0.64 };
             assert!(ratio > least && ratio < 1.36, "{correlation}: scatter {scatter}, claimed {claimed}");
         }
@@ -155,7 +156,7 @@ mod tests {
         }
 
         let slow: Vec<f64> = (0..1000).map(f64::from).collect();
-        // Of 1000 numbers that rise evenly Sokal's window says 92: some 4600.
+        // For 1000 evenly rising numbers Sokal's window gives τ = 92: about 4600 are needed.
         let needed = match autocorrelation(&slow) {
             Err(Error::TooFewObservations { available: 1000, needed, .. }) => needed,
             other => panic!("{other:?}"),

@@ -167,8 +167,9 @@ impl BlockAverages {
         self.block_length *= 2;
     }
 
-    /// Averages, over blocks twice as long, of a function of the means of both halves of a block. The
-    /// function writes `components` values. What is not half of a complete block is given twice.
+    /// Averages, over blocks twice as long, of a function of the means of both halves of a block.
+    /// The function writes `components` values. What is not half of a complete block is given
+    /// twice.
     pub(crate) fn of_halves(&self, components: usize, function: impl Fn([&[f64]; 2], &mut [f64])) -> Self {
         // Sums of the values over two halves with this number of observations each.
         let block = |halves: [&[f64]; 2], observations: f64| {

@@ -116,6 +116,15 @@ pub(crate) fn plateau(series: &[f64]) -> Result<Estimate, Error> {
 /// The variance of x̄, by blocking, is added to the mean of (x − x̄)², so the result is unbiased to
 /// first order in the autocorrelation time over the length.
 ///
+/// ```
+/// use gradient_mc::statistics::variance;
+/// // Uniform numbers from 0 to 1008 have the variance (1009² − 1)/12.
+/// let series: Vec<f64> = (0..1024).map(|i| f64::from(i * 7919 % 1009)).collect();
+/// let estimate = variance(&series)?;
+/// assert!((estimate.mean - 84_840.0).abs() < 4.0 * estimate.standard_error);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
+///
 /// # Errors
 /// [`Error::TooFewObservations`] for fewer than 16 numbers.
 pub fn variance(series: &[f64]) -> Result<Estimate, Error> {
@@ -131,6 +140,13 @@ pub fn variance(series: &[f64]) -> Result<Estimate, Error> {
 /// In a steady state it is zero within about two standard errors. It is also zero within errors if
 /// the drift is smaller than the noise, or if the series is shorter than the relaxation time. For
 /// an odd length the middle element is in the second half.
+///
+/// ```
+/// use gradient_mc::statistics::drift;
+/// let series: Vec<f64> = (0..1024).map(|i| f64::from(i * 7919 % 1009) + f64::from(i)).collect();
+/// assert!(drift(&series)?.deviation_from(0.0) > 4.0);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 ///
 /// # Errors
 /// [`Error::TooFewObservations`] for fewer than 32 numbers.
@@ -172,8 +188,9 @@ mod tests {
 
     #[test]
     fn errors_of_autoregressive_series_are_right() {
-        // Exact up to 2τ²/N of it (below 1 %), plus what the test cannot see. The mean of 400 squared
-        // Gaussian deviations scatters by √(2/400) = 7 %, and by more if the errors scatter.
+        // Exact up to 2τ²/N of it (below 1 %), plus what the test cannot see. The mean of 400
+        // squared Gaussian deviations scatters by √(2/400) = 7 %, and by more if the errors
+        // scatter.
         for (correlation, length) in [(0.0, 1024), (0.5, 1024), (0.9, 8192), (0.9, 10_000), (0.98, 16_384)] {
             let (claimed, squared) = calibration(correlation, length);
             assert!((claimed - 1.0).abs() < 0.05, "{correlation}, {length}: {claimed}");
@@ -182,7 +199,7 @@ mod tests {
         // A short series, 54 independent numbers: somewhat too small, as any method.
         let (claimed, squared) = calibration(0.9, 1024);
         assert!(claimed > 0.85 && squared < 1.5, "{claimed}, {squared}");
-        // Anticorrelation is half seen: safe.
+        // Anticorrelation is used only in part, so the error is too large.
         let (claimed, squared) = calibration(-0.5, 1024);
         assert!(claimed > 1.0 && squared < 1.0, "{claimed}, {squared}");
     }
@@ -231,7 +248,8 @@ mod tests {
             mean += estimate.mean / SERIES as f64;
             claimed += estimate.standard_error.powi(2) / SERIES as f64;
         }
-        // For Gaussian numbers the squares' correlation is φ²: variance of the result 2(1 + φ²)/(1 − φ²)/N.
+        // For Gaussian numbers the squares' correlation is φ²: variance of the result 2(1 + φ²)/(1
+        // − φ²)/N.
         let exact = 2.0 * (1.81 / 0.19) / 2048.0;
         assert!((mean - 1.0).abs() < 3.0 * (exact / SERIES as f64).sqrt(), "{mean}");
         assert!((claimed / exact - 1.0).abs() < 0.2, "{}", claimed / exact);

@@ -39,6 +39,11 @@ pub fn scatter(runs: &[f64]) -> Result<f64, Error> {
 /// Expected [`scatter`] of N Gaussian runs, in units of the relative standard deviation s/P of one
 /// run: √(2(N − 1)/(πN)). Divide σ by this number and by √N to get the relative standard error of
 /// the mean.
+///
+/// ```
+/// use gradient_mc::statistics::deviations::expected_scatter;
+/// assert!((expected_scatter(5) - 0.714).abs() < 1e-3);
+/// ```
 #[must_use]
 pub fn expected_scatter(runs: usize) -> f64 {
     let count = runs as f64;
@@ -46,6 +51,11 @@ pub fn expected_scatter(runs: usize) -> f64 {
 }
 
 /// The δ of the paper, eq. (33): relative deviation |P − `P_theory`|/`P_theory`.
+///
+/// ```
+/// use gradient_mc::statistics::deviations::deviation;
+/// assert!((deviation(1.9, 2.0) - 0.05).abs() < 1e-12);
+/// ```
 #[must_use]
 pub fn deviation(measured: f64, theory: f64) -> f64 {
     (measured - theory).abs() / theory

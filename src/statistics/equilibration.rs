@@ -153,9 +153,9 @@ mod tests {
         noise.into_iter().enumerate().map(|(time, value)| value + decay(time)).collect()
     }
 
-    /// The mean of what is left is right within its error, the start is neither in the relaxation
-    /// nor far behind it, and the correlation time is that of the noise. Without trimming the
-    /// mean is wrong, and so is the correlation time.
+    /// The mean of the rest is right within its error, the start is neither in the relaxation nor
+    /// far behind it, and the correlation time is that of the noise. Without a cut the mean is
+    /// wrong.
     #[test]
     fn relaxations_are_cut_off() {
         const RUNS: u32 = 20;
@@ -173,7 +173,8 @@ mod tests {
                 times += steady.autocorrelation_time.mean / f64::from(RUNS);
                 let independent = (length - steady.start) as f64 / (2.0 * exact);
                 assert!((steady.effective_sample_size / independent - 1.0).abs() < 0.4);
-                // No trimming at all: the mean is off by amplitude · relaxation/length, many honest errors.
+                // Without a cut the mean is off by amplitude · relaxation/length, many standard
+                // errors.
                 let mean = series.iter().sum::<f64>() / length as f64;
                 untrimmed += mean.abs() / (2.0 * exact / length as f64).sqrt() / f64::from(RUNS);
             }
@@ -210,12 +211,12 @@ mod tests {
                 // ln(100/6) relaxation times, less what the fluctuations may hide.
                 assert!(steady.start as f64 > 2.3 * relaxation, "{} at {relaxation}", steady.start);
                 cut += steady.start as f64 / 20_000.0 / 20.0;
-                // The rule alone would keep the fall of most series: there are more numbers with it that look
-                // independent.
+                // The rule alone would keep the fall of most series, because that gives a larger
+                // effective number.
                 let number = |start: usize| (20_000 - start) as f64 / inefficiency(&series[start..]);
                 assert!(relaxation > 50.0 || number(0) > number(steady.start));
             }
-            // Of a steady series with a memory as long as many are cut by chance.
+            // As many are cut by chance from a steady series with this correlation time.
             assert!(cut < 0.15, "{cut} of it is cut");
         }
     }

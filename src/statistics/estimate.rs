@@ -218,8 +218,7 @@ mod tests {
 
     type Combine = fn(Estimate, Estimate) -> Estimate;
 
-    /// Two normal numbers, many times: the scatter of what is made of them is the error that it
-    /// claims.
+    /// The scatter of combinations of two normal numbers is their claimed error.
     #[test]
     fn errors_of_combinations_are_their_scatter() {
         const TRIALS: usize = 20_000;
@@ -256,7 +255,8 @@ mod tests {
             } else {
                 1.0
             };
-            // A scatter is known to 1/√(2 · 20 000) = 0.5 %, four of them; and 0.1 % of the second order.
+            // The scatter has an error of 1/√(2 · 20 000) = 0.5 %; four of these, and 0.1 % for the
+            // second order.
             assert!((ratio / expected - 1.0).abs() < 0.021, "{name}: {ratio} instead of {expected}");
         }
         assert!(Estimate::mean_of_independent([]).mean.is_nan());

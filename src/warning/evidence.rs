@@ -3,7 +3,8 @@
 use crate::statistics::{Estimate, FEWEST_INDEPENDENT};
 use std::fmt;
 
-/// The quantity in which merged replicas differ; part of [`Warning::ReplicasDisagree`](super::Warning::ReplicasDisagree).
+/// The quantity in which merged replicas differ; part of
+/// [`Warning::ReplicasDisagree`](super::Warning::ReplicasDisagree).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum Disagreement {
@@ -68,7 +69,8 @@ impl fmt::Display for Quantity {
     }
 }
 
-/// The observation that shows that a run is not mixed; part of [`Warning::NotMixed`](super::Warning::NotMixed).
+/// The observation that shows that a run is not mixed; part of
+/// [`Warning::NotMixed`](super::Warning::NotMixed).
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[non_exhaustive]
 pub enum MixingEvidence {

@@ -39,11 +39,13 @@ impl Failure {
         source.is_some_and(|source| source.kind() == io::ErrorKind::WouldBlock)
     }
 
-    /// The error and its causes in one line.
+    /// The error and its causes in one line, each once.
     #[must_use]
     pub fn explained(&self) -> String {
         let causes = std::iter::successors(self.source(), |&error| error.source());
-        causes.fold(self.to_string(), |text, cause| format!("{text}: {cause}"))
+        causes.map(ToString::to_string).fold(self.to_string(), |text, cause| {
+            if text.contains(&cause) { text } else { format!("{text}: {cause}") }
+        })
     }
 }
 

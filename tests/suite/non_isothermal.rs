@@ -311,8 +311,8 @@ proptest! {
     }
 }
 
-/// Temperatures that fall by a fifth and a third of themselves over a diameter: nobody's equation of
-/// state is good there, so the field has to come from the measurement. An independent iteration has
+/// Temperatures that fall by a fifth and a third of themselves over a diameter: nobody's equation
+/// of state is good there, so the field has to come from the measurement. An independent iteration has
 /// n = 0.821(5) at 0.55 for β = 0.2.
 #[test]
 fn steep_temperatures_are_measured() {

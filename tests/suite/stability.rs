@@ -1,8 +1,8 @@
 //! Every failure described in `docs/stability.md`, in a small scene: its warning or error must be
 //! given.
 //!
-//! The cases are those of the maps of the study `stability`. Warnings of other scenes, and good runs
-//! without warnings, are in `warnings.rs`.
+//! The cases are those of the maps of the study `stability`. Warnings of other scenes, and good
+//! runs without warnings, are in `warnings.rs`.
 
 use gradient_mc::drive::{
     Automatic, AveragedThenFrozen, Drive, EquationOfStateClosure, Instantaneous, RunningAverage, Scheme,

@@ -147,14 +147,14 @@ fn text_that_is_wrong_says_in_which_line() {
         (COMMENT, "X 1 1 1 1", 4, "5 columns"),
         (COMMENT, "", 4, "0 columns"),
         ("two spheres", sphere, 2, "no Lattice"),
-        (r#"Lattice="6 0 0 0 3 0 0 0""#, sphere, 2, "no finite number"),
+        (r#"Lattice="6 0 0 0 3 0 0 0""#, sphere, 2, "not a finite number"),
         (r#"Lattice="6 0 0 0 3 0 0 0 3 3""#, sphere, 2, "more than 9"),
         (r#"Lattice="6 0 0 1 3 0 0 0 3""#, sphere, 2, "along the axes"),
         (r#"Lattice="6 0 0 0 3 0 0 0 3" Origin="-3 0 0""#, sphere, 2, "Origin"),
         (r#"Lattice="6 0 0 0 3 0 0 0 3" Properties=species:S:1"#, sphere, 2, "pos:R:3"),
         (r#"Lattice="6 0 0 0 3 0 0 0 3" Properties=species:S:1:pos:R"#, sphere, 2, "name:type:number"),
         (r#"Lattice="6 0 0 0 3 0 0 0 3" Properties=species:S:999:pos:R:3"#, sphere, 2, "999 columns"),
-        (r#"Lattice="6 0 0 0 3 0 0 0 3" Properties=pos:R:3:radius:R:1"#, "1 1 1 1", 3, "no finite number"),
+        (r#"Lattice="6 0 0 0 3 0 0 0 3" Properties=pos:R:3:radius:R:1"#, "1 1 1 1", 3, "not a finite number"),
         (r#"Lattice="6 0 0 0 3 0 0 0 3" sweep=-1"#, sphere, 2, "sweep=-1"),
     ] {
         let error = two(comment, sphere, second).unwrap_err();
@@ -203,7 +203,7 @@ fn every_truncation_is_found() {
         assert!(read(&binary[..length], None).is_err(), "{length}");
     }
     let said = read(&text[..text.len() - 1], None).unwrap_err().to_string();
-    assert_eq!(said, "frame 1 is cut off: take frame 0, the last that is whole, by `TrajectoryFrame::nth`");
+    assert_eq!(said, "frame 1 is cut off: use frame 0, the last complete one, with `TrajectoryFrame::nth`");
 }
 
 /// There is no checksum in either format. What a changed byte leaves is numbers, or an error.

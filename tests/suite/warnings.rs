@@ -1,4 +1,5 @@
-//! Warnings are given in scenes with a problem, besides those of `stability.rs`, and none in good runs.
+//! Warnings are given in scenes with a problem, besides those of `stability.rs`, and none in good
+//! runs.
 
 use gradient_mc::drive::{
     Automatic, Convergence, EquationOfStateClosure, Instantaneous, Scheme, SelfConsistent, Suggestion,

@@ -151,11 +151,10 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// An error with its causes.
+/// An error with its causes, each once.
 pub fn explained(error: &(dyn std::error::Error + 'static)) -> String {
     let causes = std::iter::successors(error.source(), |error| error.source());
-    std::iter::once(error.to_string())
-        .chain(causes.map(|cause| format!("because: {cause}")))
-        .collect::<Vec<String>>()
-        .join("\n  ")
+    causes.map(ToString::to_string).fold(error.to_string(), |text, cause| {
+        if text.contains(&cause) { text } else { format!("{text}\n  because: {cause}") }
+    })
 }

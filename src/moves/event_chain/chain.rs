@@ -18,15 +18,15 @@ enum Stop {
         reach: f64,
     },
     Wall,
-    /// The field, if the true force, not its bound, has it so.
+    /// A thinning event. It is a field event if the true force confirms it.
     Field {
         bound: f64,
     },
 }
 
 impl Tile {
-    /// A chain that has `left` to go; less than that, if it is given up or fails. `forward` is in
-    /// which direction it goes along the axis, in the end that in which it went last.
+    /// Runs a chain. `left` is the length still to go: at the end zero, unless the chain is given
+    /// up or fails. `forward` is the direction along the axis: at the end, that of the last piece.
     pub(super) fn chain<
         F: Field,
         T: TemperatureProfile,
@@ -45,8 +45,8 @@ impl Tile {
         let (lowest, highest) = (slab.lowest_center(), slab.highest_center());
         let mut sphere = index(generator, self.mobile);
         let mut stall_guard = StallGuard::new(*left, common.phase);
-        // The field's clock: it strikes when the bound of the force, integrated along the path, uses it up.
-        let mut clock = if VERTICAL { exponential(generator) } else { f64::INFINITY };
+        // The integral of the bound of the force along the path up to the next thinning event.
+        let mut until_event = if VERTICAL { exponential(generator) } else { f64::INFINITY };
         loop {
             let from = self.along[sphere];
             let sign = if *forward { 1.0 } else { -1.0 };
@@ -70,13 +70,13 @@ impl Tile {
                 links = self.constraints.more(row);
             }
             if touched != u32::MAX {
-                // A pair that already touches to rounding passes the motion on at once.
+                // A pair that overlaps by rounding collides at once.
                 distance = nearest.max(0.0);
                 stop = Stop::Contact { sphere: touched as usize, reach: touch };
             }
             if VERTICAL
                 && let Some((event, bound)) =
-                    common.bounds.thinning_event(&mut clock, from, *forward, distance)
+                    common.bounds.thinning_event(&mut until_event, from, *forward, distance)
             {
                 (distance, stop) = (event, Stop::Field { bound });
             }
@@ -102,7 +102,8 @@ impl Tile {
                     if RECORD && let Some(piece) = outcome.pieces.last_mut() {
                         let heights = if VERTICAL { &self.along } else { &self.heights };
                         let period = if VERTICAL { 0.0 } else { common.grid.widths[common.axis - 1] };
-                        // Spheres that touch are at most one diameter apart, and a period is three at least.
+                        // Spheres in contact are at most one diameter apart, and a period is at
+                        // least three.
                         let separation = if reach < -0.5 { reach + period } else { reach };
                         piece.collide(heights[other], separation);
                     }
@@ -117,7 +118,7 @@ impl Tile {
                     }
                 }
                 Stop::Field { bound } => {
-                    clock = exponential(generator);
+                    until_event = exponential(generator);
                     let force = common.drive.reduced_force(common.scene, to);
                     let uphill = sign * force;
                     if uphill.is_nan() || uphill > bound {
@@ -139,8 +140,8 @@ impl Tile {
     }
 }
 
-/// Which sphere goes on, and whether upwards, after the field has stopped `sphere`, where the force
-/// is `force`. `force_of` gives height and force of any of the spheres that may move.
+/// The sphere that moves on after a field event at `sphere`, and whether it moves up. `force` is
+/// the reduced force at `sphere`; `force_of` gives height and force of each mobile sphere.
 fn field_event(
     rule: FieldEvent,
     generator: &mut Generator,
@@ -149,8 +150,8 @@ fn field_event(
     force: f64,
     force_of: impl Fn(usize) -> (f64, f64),
 ) -> Result<(usize, bool), Error> {
-    /// Steps of the random walk over spheres. Balance holds for any number; with more, fewer chains
-    /// turn round where forces differ much.
+    /// Steps of the random walk over spheres. Balance holds for any number. With more steps, fewer
+    /// chains reverse where forces differ much.
     const STEPS: u32 = 4;
     let (mut chosen, mut chosen_force) = (sphere, force);
     if rule != FieldEvent::Reverse {
@@ -165,7 +166,7 @@ fn field_event(
                 (chosen, chosen_force) = (other, other_force);
                 continue;
             }
-            // Metropolis for the distribution |u'|.
+            // Metropolis rule for the distribution |u'|.
             if other_force.abs() >= chosen_force.abs() * unit(generator) && other_force != 0.0 {
                 (chosen, chosen_force) = (other, other_force);
             }

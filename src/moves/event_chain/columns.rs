@@ -7,13 +7,13 @@ pub(super) struct Columns {
     sides: [f64; 2],
     inverse_sides: [f64; 2],
     counts: [usize; 2],
-    /// Of the coordinates across, where these are periodic.
+    /// Periods of the coordinates across the axis; `None` where they are not periodic.
     repeats: [Option<f64>; 2],
 }
 
 impl Columns {
     pub(super) fn new(extents: [[f64; 2]; 2], repeats: [Option<f64>; 2]) -> Self {
-        /// Room for the rounding of coordinates, in single precision too.
+        /// A margin for rounding, also in single precision.
         const SIDE: f64 = 1.0 + 1e-5;
         let origins = extents.map(|[origin, _]| origin);
         // Extents are at most 1e6.
@@ -40,7 +40,7 @@ impl Columns {
         column
     }
 
-    /// Coordinates across relative to a column.
+    /// Coordinates across the axis, relative to the corner of a column.
     #[inline]
     // Single precision is meant.
     #[allow(clippy::cast_possible_truncation)]
@@ -49,7 +49,7 @@ impl Columns {
         [0, 1].map(|axis| (across[axis] - self.origins[axis] - at[axis] as f64 * self.sides[axis]) as f32)
     }
 
-    /// Squared distance across.
+    /// Squared distance across the axis.
     #[inline]
     pub(super) fn squared_distance(&self, a: [f64; 2], b: [f64; 2]) -> f64 {
         let [first, second] = [0, 1].map(|axis| {
@@ -59,7 +59,7 @@ impl Columns {
         first * first + second * second
     }
 
-    /// What lies around each column.
+    /// The neighborhood of each column.
     pub(super) fn all_around(&self, all: &mut Vec<Around>) {
         all.clear();
         all.reserve(self.count());
@@ -73,7 +73,7 @@ impl Columns {
     fn around(&self, at: [usize; 2]) -> Around {
         let mut around = Around { columns: [(0, 0); 9], count: 0 };
         for shift in 0..9_u8 {
-            // A step down, none, and up along one axis.
+            // One column down (0), the same (1), or one up (2) along each axis.
             let steps = [shift / 3, shift % 3];
             let [first, second] = [0, 1].map(|axis: usize| {
                 let (to, count) = (at[axis] + usize::from(steps[axis]), self.counts[axis]);
@@ -81,7 +81,7 @@ impl Columns {
                 (inside || self.repeats[axis].is_some()).then_some((to + count - 1) % count)
             });
             if let (Some(first), Some(second)) = (first, second) {
-                // Columns are not more than fit a u32.
+                // The number of columns fits a u32.
                 #[allow(clippy::cast_possible_truncation)]
                 let column = (first * self.counts[1] + second) as u32;
                 around.columns[around.count] = (column, shift);
@@ -91,8 +91,7 @@ impl Columns {
         around
     }
 
-    /// What is to be added to coordinates relative to a column to have them relative to one around
-    /// it.
+    /// Shift from coordinates relative to a column to those relative to its neighbor.
     #[inline]
     // Single precision is meant.
     #[allow(clippy::cast_possible_truncation)]
@@ -102,16 +101,16 @@ impl Columns {
     }
 }
 
-/// The columns around and including one.
+/// A column and its neighbors.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Around {
-    /// Number, and which way it lies.
+    /// The number of each, and its direction for [`Columns::shift`].
     columns: [(u32, u8); 9],
     count: usize,
 }
 
 impl Around {
-    /// Each column, and the number of its [`shift`](Columns::shift).
+    /// Each column, and its direction for [`Columns::shift`].
     #[inline]
     pub(super) fn iter(&self) -> impl Iterator<Item = (usize, u8)> {
         self.columns[..self.count].iter().map(|&(column, shift)| (column as usize, shift))

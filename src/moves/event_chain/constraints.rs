@@ -1,24 +1,24 @@
-//! Which spheres of a tile can touch which, as long as all move along one axis only.
+//! The pairs of spheres of a tile that can touch, as long as all spheres move along one axis.
 //!
-//! Two spheres less than one diameter apart across the axis cannot pass each other. So who is ahead
-//! of whom does not change, and a sphere with another always between them cannot be touched: what
-//! is left is a graph with few edges (the constraint graph of Li, Todo, Maggs and Krauth,
-//! doi:10.1016/j.cpc.2020.107702), found once for a whole visit.
+//! Two spheres less than one diameter apart across the axis cannot pass each other, so their order
+//! does not change. Two spheres with a third always between them cannot touch. The remaining pairs
+//! form a graph with few edges (the constraint graph of Li, Todo, Maggs and Krauth,
+//! doi:10.1016/j.cpc.2020.107702), which is found once for a whole visit.
 
 use super::columns::{Around, Columns};
 use super::shadows::{self, Mask, Shadows};
 use wide::f32x8;
 
-/// Spheres that another may touch, ahead of it or behind: a line of the cache.
+/// Spheres that a sphere can touch ahead of it, or behind it. Fills one cache line.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(64))]
 pub(super) struct Links {
-    /// Differences of the coordinates along the axis when they touch; less one period where it is
-    /// an image that is touched. Infinitely far in an empty slot.
+    /// Differences of the coordinates along the axis at contact, minus one period if the contact is
+    /// with an image. −∞ in an empty slot.
     pub(super) reach: [f64; Self::SLOTS],
     pub(super) other: [u32; Self::SLOTS],
     used: u32,
-    /// Where there are more; 0 stands for nowhere.
+    /// Index of the links that continue these; 0 if there are none.
     pub(super) more: u32,
 }
 
@@ -37,10 +37,10 @@ pub(super) struct Candidate {
     pub(super) column: u32,
 }
 
-/// Added to the number of a sphere that is seen one period before where it is.
+/// Flag in the number of a sphere that marks its image one period before it.
 const IMAGE: u32 = 1 << 31;
 
-/// Entries that are looked at together.
+/// Entries that are compared at the same time.
 #[derive(Debug, Clone, Copy)]
 #[repr(align(32))]
 struct Block {
@@ -51,14 +51,14 @@ struct Block {
 
 impl Block {
     const ENTRIES: usize = 8;
-    /// The same.
+    /// [`ENTRIES`](Self::ENTRIES) in the type of the counts.
     const FULL: u32 = 8;
-    /// Out of reach.
+    /// A coordinate out of reach.
     const NOWHERE: f32 = 1e9;
     const EMPTY: Self = Self { across: [[Self::NOWHERE; Self::ENTRIES]; 2], spheres: [0; Self::ENTRIES] };
 }
 
-/// The spheres that were found so far, by columns: each in all columns from which it is in reach.
+/// The spheres entered so far, each in its own column and in the neighbors of that.
 #[derive(Debug, Clone, Default)]
 struct Lists {
     /// The first block of each column, and the number of entries.
@@ -68,7 +68,7 @@ struct Lists {
 }
 
 impl Lists {
-    /// Makes room for all that will be entered, `times` each.
+    /// Empties the lists and makes room to enter all candidates `times` times.
     fn clear(&mut self, columns: &Columns, candidates: &[Candidate], times: u32) {
         let Self { ranges, around, blocks } = self;
         columns.all_around(around);
@@ -77,7 +77,7 @@ impl Lists {
         for candidate in candidates {
             ranges[candidate.column as usize][1] += 1;
         }
-        // What is around a column is what it is around.
+        // Neighborhood is mutual: a column receives the entries of its neighbors.
         let mut begin = 0;
         for (column, around) in around.iter().enumerate() {
             let entries: u32 = around.iter().map(|(other, _)| ranges[other][1]).sum();
@@ -87,7 +87,7 @@ impl Lists {
         for [_, entries] in ranges.iter_mut() {
             *entries = 0;
         }
-        // Each is emptied when it is needed.
+        // A block is emptied when its first entry comes.
         if blocks.len() < begin as usize {
             blocks.resize(begin as usize, Block::EMPTY);
         }
@@ -111,20 +111,21 @@ impl Lists {
     }
 }
 
-/// The graph of a tile.
+/// The constraint graph of a tile.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Constraints {
-    /// Of each mobile sphere what is behind it and what is ahead, then what found no room there.
+    /// For each mobile sphere the links behind it and those ahead, then the links that continue
+    /// these.
     links: Vec<Links>,
-    /// Memory that is used again.
+    /// Reused memory.
     lists: Lists,
     across: Vec<[f64; 2]>,
 }
 
 impl Constraints {
-    /// Finds who can touch whom. Candidates come in the order along the axis; the first `mobile`
-    /// spheres by number move. `contact` is the squared distance at which spheres touch,
-    /// `period` that along the axis.
+    /// Finds the pairs that can touch. Candidates are sorted along the axis; spheres with numbers
+    /// below `mobile` can move. `contact` is the squared distance at contact, `period` the period
+    /// along the axis.
     pub(super) fn find(
         &mut self,
         columns: &Columns,
@@ -133,11 +134,11 @@ impl Constraints {
         contact: f64,
         period: Option<f64>,
     ) {
-        /// Above what single precision makes of the square of one diameter.
+        /// One diameter squared, plus a margin for single precision.
         const WITHIN: f32 = 1.0 + 1e-5;
         let shadows = Shadows::get();
         self.links.clear();
-        // Half as many again find room: so memory does not grow for ever.
+        // Room for the links that continue others, so that memory seldom grows.
         self.links.reserve(3 * mobile);
         self.links.resize(2 * mobile, Links::EMPTY);
         self.across.resize(candidates.len(), [0.0; 2]);
@@ -166,7 +167,7 @@ impl Constraints {
                     near ^= 1 << slot;
                     let (sphere, image) = (spheres[slot] & !IMAGE, spheres[slot] & IMAGE != 0);
                     if image && sphere == candidate.sphere {
-                        // Once round.
+                        // The sphere's own image: one period is searched.
                         break 'nearest_first;
                     }
                     let displacement = [first[slot] - relative[0], second[slot] - relative[1]];
@@ -190,20 +191,20 @@ impl Constraints {
         }
     }
 
-    /// The first spheres that a mobile one may touch on its way.
+    /// The first links of a mobile sphere in one direction.
     #[inline]
     pub(super) fn links(&self, sphere: usize, forward: bool) -> &Links {
         &self.links[2 * sphere + usize::from(forward)]
     }
 
-    /// More of them.
+    /// The links that continue these.
     #[inline]
     pub(super) fn more(&self, links: &Links) -> Option<&Links> {
         if links.more == 0 { None } else { Some(&self.links[links.more as usize]) }
     }
 }
 
-/// Notes that a sphere may touch another, if it moves.
+/// Records that `sphere`, if it is mobile, can touch `other`.
 #[inline]
 fn link(all: &mut Vec<Links>, mobile: usize, sphere: u32, forward: bool, reach: f64, other: u32) {
     if sphere as usize >= mobile {
@@ -219,7 +220,7 @@ fn link(all: &mut Vec<Links>, mobile: usize, sphere: u32, forward: bool, reach: 
             return;
         }
         if links.more == 0 {
-            // There are not many times as many as spheres, which fit a u32.
+            // There are a few per sphere, so their number fits a u32.
             #[allow(clippy::cast_possible_truncation)]
             let new = all.len() as u32;
             all[row].more = new;
@@ -235,7 +236,8 @@ mod tests {
     use crate::random::{Generator, unit};
     use rand::SeedableRng;
 
-    /// Spheres without overlaps in a box that repeats across, and along the axis too if asked to.
+    /// Spheres without overlaps in a box that is periodic across the axis, and along it if
+    /// `periodic`.
     fn fluid(extents: [f64; 3], attempts: usize, periodic: bool) -> Vec<[f64; 3]> {
         let mut generator = Generator::seed_from_u64(3);
         let mut spheres: Vec<[f64; 3]> = Vec::new();
@@ -314,7 +316,7 @@ mod tests {
                     assert!(same, "{sphere} {forward}: {found} {expected}");
                 }
             }
-            // Few, out of some ten less than a diameter off across.
+            // Few, although some ten spheres are less than a diameter away across the axis.
             assert!(links < 8 * mobile, "{links} for {mobile}");
         }
     }

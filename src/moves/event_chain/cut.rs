@@ -3,10 +3,10 @@
 use crate::Slab;
 use crate::random::{Generator, unit};
 
-/// Distance between the mobile spheres of neighboring tiles: more than that at which spheres touch.
+/// Distance between the mobile parts of neighboring tiles: more than the contact distance.
 const STRIP: f64 = 1.0 + 1e-6;
-/// How far beside a tile the spheres are that its own may touch: less than [`STRIP`], so that none
-/// of them is mobile in another tile.
+/// Width of the rim around a tile in which its spheres can touch others: less than [`STRIP`], so
+/// that none of those is mobile in another tile.
 const RIM: f64 = 1.0 + 5e-7;
 
 /// How large tiles are.
@@ -14,26 +14,25 @@ const RIM: f64 = 1.0 + 5e-7;
 pub(super) struct Sizes {
     /// Spheres of a tile that fit the cache.
     pub(super) spheres: f64,
-    /// Least widths of what moves in a tile: of the base, and of tiles along the base.
+    /// Least widths of the mobile part of a tile: for vertical chains, and for lateral ones.
     pub(super) least: [f64; 2],
-    /// Fewest tiles to be visited together, for the cores to share, and most before it is entered
-    /// what became of them.
+    /// Largest number of tiles that are visited together and share threads. Their outcomes are
+    /// entered together.
     pub(super) together: usize,
 }
 
-/// A range of a coordinate across the chains. What lies in it is mobile.
+/// A range of a coordinate across the chains, in which spheres are mobile.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Section {
     low: f64,
     width: f64,
-    /// None between walls.
+    /// `None` between walls.
     period: Option<f64>,
     whole: bool,
 }
 
 impl Section {
-    /// The coordinate relative to the section, and whether it is inside; nothing if it is out of
-    /// reach.
+    /// The coordinate relative to the section, and whether it is inside. `None` beyond the rim.
     #[inline]
     pub(super) fn locate(&self, value: f64) -> Option<(f64, bool)> {
         let mut within = value - self.low;
@@ -52,22 +51,22 @@ impl Section {
         (within > -RIM && within < self.width + RIM).then_some((within, inside))
     }
 
-    /// Where the relative coordinates of what can be touched begin, and how far they extend.
+    /// The lowest relative coordinate of section and rim, and their width.
     pub(super) fn extent(&self) -> [f64; 2] {
         if self.whole { [0.0, self.width] } else { [-RIM, self.width + 2.0 * RIM] }
     }
 
-    /// Distance after which relative coordinates repeat, if they do.
+    /// Period of the relative coordinates, if the section is the whole of a periodic axis.
     pub(super) fn repeats(&self) -> Option<f64> {
         self.period.filter(|_| self.whole)
     }
 
-    /// Lowest relative coordinate in absolute terms.
+    /// The absolute coordinate of the relative coordinate 0.
     pub(super) fn low(&self) -> f64 {
         self.low
     }
 
-    /// The cells in which spheres of the section, or beside it, are: the first and how many.
+    /// The cells of section and rim: the first one and their number.
     pub(super) fn cells(&self, cells: usize, side: f64) -> (usize, usize) {
         if self.whole {
             return (0, cells);
@@ -93,7 +92,7 @@ impl Section {
 struct Division {
     extent: f64,
     periodic: bool,
-    /// One stands for no cut.
+    /// 1 if the axis is not cut.
     sections: usize,
     pitch: f64,
 }
@@ -108,11 +107,11 @@ impl Division {
         if fitting < 2 {
             return Self { extent, periodic, sections: 1, pitch: extent };
         }
-        // Between walls the first and the last are cut off.
+        // Between walls the first and the last section are incomplete.
         Self { extent, periodic, sections: fitting + usize::from(!periodic), pitch: extent / fitting as f64 }
     }
 
-    /// Share of the extent in which spheres are mobile, seen over all shifts.
+    /// Share of the extent that is mobile, on average over shifts.
     fn mobile(&self) -> f64 {
         if self.sections == 1 { 1.0 } else { 1.0 - STRIP / self.pitch }
     }
@@ -131,7 +130,7 @@ impl Division {
     }
 }
 
-/// Tiles for chains along one axis: they extend over the whole of it.
+/// A division into tiles for chains along one axis. Tiles extend over the whole of that axis.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Cut {
     pub(super) axis: usize,
@@ -139,22 +138,22 @@ pub(super) struct Cut {
 }
 
 impl Cut {
-    /// The axes across one.
+    /// The two axes across each axis.
     pub(super) const ACROSS: [[usize; 2]; 3] = [[1, 2], [0, 2], [0, 1]];
 
     pub(super) fn new(axis: usize, slab: &Slab, particles: usize, sizes: &Sizes) -> Self {
-        /// Number density that is taken for granted along the base.
+        /// Number density that is assumed for tiles of lateral chains.
         const DENSITY: f64 = 0.5;
         let [width_y, width_z] = slab.widths();
         let extents = [slab.height(), width_y, width_z];
         let column = particles as f64 / slab.base_area();
-        // Spheres over the area across, in a tile.
+        // Spheres per area across the chains.
         let (density, least) =
             if axis == 0 { (column, sizes.least[0]) } else { (DENSITY * extents[axis], sizes.least[1]) };
         let area = sizes.spheres / density;
         let across = Self::ACROSS[axis];
         let divide = |axis: usize, width: f64| Division::new(extents[axis], axis != 0, width, least);
-        // The narrower first: where it is not cut, tiles are the longer along the other.
+        // The narrower axis first: if it is not cut, tiles are longer along the other.
         let (narrow, wide) = if extents[across[0]] <= extents[across[1]] { (0, 1) } else { (1, 0) };
         let mut divisions = [divide(across[narrow], area.sqrt()); 2];
         divisions[wide] = divide(across[wide], area / divisions[narrow].width());
@@ -166,18 +165,18 @@ impl Cut {
         self.divisions[0].sections * self.divisions[1].sections
     }
 
-    /// Share of the spheres that are mobile in some tile, seen over all shifts.
+    /// Share of the spheres that are mobile, on average over shifts.
     pub(super) fn mobile(&self) -> f64 {
         self.divisions[0].mobile() * self.divisions[1].mobile()
     }
 
-    /// A cut somewhere else.
+    /// The cut at a random place.
     pub(super) fn shifted(self, generator: &mut Generator) -> Shifted {
         Shifted { cut: self, shifts: [unit(generator), unit(generator)] }
     }
 }
 
-/// A cut where it is at a visit.
+/// A cut at its place in one visit.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Shifted {
     pub(super) cut: Cut,

@@ -1,4 +1,4 @@
-//! Event chains at work.
+//! The engine of event chains.
 
 use super::EventChains;
 use super::cut::Sizes;
@@ -10,7 +10,7 @@ use crate::frame::Phase;
 use crate::moves::{Sweep, local};
 use crate::{Error, Field, TemperatureProfile};
 
-/// The choices, and what was derived from the drive.
+/// The chosen chains and their data between sweeps.
 #[derive(Debug, Clone)]
 pub(crate) struct Engine {
     pub(super) chains: EventChains,
@@ -31,8 +31,8 @@ impl Engine {
         }
     }
 
-    /// Chains whose lengths add up to at most [`EventChains::path_per_sphere`] for every sphere, on
-    /// average over sweeps, and local moves.
+    /// A sweep: chains with at most the [`path_per_sphere`](EventChains::path_per_sphere) on
+    /// average over sweeps, then local moves.
     pub(in crate::moves) fn sweep<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
         &mut self,
         sweep: &mut Sweep<'_, F, T, D>,

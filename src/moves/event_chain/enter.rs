@@ -1,4 +1,4 @@
-//! How spheres that chains have moved are entered where they belong.
+//! Enters the spheres that chains have moved into their cells and layers.
 
 use super::visit::Outcome;
 use crate::configuration::{Grid, Layer, Site};
@@ -10,30 +10,30 @@ struct Arrival {
     number: u32,
 }
 
-/// Memory that is used again.
+/// Reused memory.
 #[derive(Debug, Default)]
 pub(super) struct Entrance {
-    /// What leaves each layer, and the layer to which it goes.
+    /// The spheres that leave each layer, each with the layer to which it goes.
     departures: Vec<Vec<(u32, Arrival)>>,
-    /// The same in the order of the layers to which it goes, and where those of each end.
+    /// The same spheres, sorted by the layers to which they go, and the end of each layer's part.
     arrivals: Vec<Arrival>,
     ends: Vec<u32>,
 }
 
 impl Entrance {
-    /// Fewer that have moved are entered sooner than threads are told.
+    /// Number of moved spheres up to which one thread is faster than several.
     const MANY: usize = 4096;
 
-    /// Enters what became of some visits for chains along `axis`. All layers can be changed at the
-    /// same time: first what stays in them and what leaves them, then what comes to them, in
-    /// the order of the layers whence it comes.
+    /// Enters the outcomes of visits for chains along `axis`. Layers can be changed in parallel:
+    /// first the spheres that stay or leave, then those that arrive, in the order of the layers
+    /// they come from.
     pub(super) fn enter(&mut self, axis: usize, grid: &Grid, layers: &mut [Layer], outcomes: &[Outcome]) {
         let Self { departures, arrivals, ends } = self;
         departures.resize_with(layers.len(), Vec::new);
         let many = outcomes.iter().map(Outcome::moved).sum::<usize>() > Self::MANY;
         each(many, layers, departures, |number, layer, departures| {
             departures.clear();
-            // No more can leave it.
+            // At most all of its spheres leave.
             departures.reserve(layer.spheres.len());
             for outcome in outcomes {
                 for moved in outcome.moved_from(number) {
@@ -82,7 +82,7 @@ fn each<T>(_: bool, layers: &mut [Layer], lists: &mut [T], change: impl Fn(usize
     layers.iter_mut().zip(lists).enumerate().for_each(|(number, (layer, list))| change(number, layer, list));
 }
 
-/// Calls `change` for each layer, if there are `many` spheres for several at the same time.
+/// Calls `change` for each layer, in parallel if there are `many` spheres.
 #[cfg(feature = "rayon")]
 fn each<T: Send>(
     many: bool,

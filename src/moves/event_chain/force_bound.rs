@@ -5,22 +5,22 @@ use crate::{Error, Field, Scene, TemperatureProfile};
 
 /// Bounds of u' and of −u' in layers of one diameter.
 ///
-/// Field events are drawn at these rates and thinned to the true one (Lewis and Shedler,
-/// doi:10.1002/nav.3800260304), which is exact as long as the bounds hold. They come from probes,
-/// with the range that the probes span as a margin. Between two probes the force must reach its
-/// mean, which is a difference of potentials: where that exceeds the bound, chains would hardly
-/// ever see what is there, and it is an error. So is a single force above its bound, when it is
-/// met.
+/// Thinning events are drawn at these rates, and accepted as field events with the ratio of the
+/// true force to its bound (Lewis and Shedler, doi:10.1002/nav.3800260304). This is exact as long
+/// as the bounds hold. A bound is the largest force at the probes of a layer, plus the range of
+/// their forces as a margin. The mean force between two probes is a difference of potentials. If it
+/// exceeds the bound, the drive is refused, since chains would hardly notice so narrow a feature. A
+/// force above its bound is an error when a chain meets it.
 #[derive(Debug, Clone, Default)]
 pub(super) struct ForceBounds {
-    /// Of u', which stops spheres that rise, and of −u', which stops those that sink.
+    /// Bounds of u', which stops rising spheres, and of −u', which stops sinking ones.
     layers: Vec<[f64; 2]>,
     generation: u64,
 }
 
-/// Probes to a diameter.
+/// Probes per diameter.
 const PROBES: u32 = 16;
-/// Largest force with which anything can be computed.
+/// Largest force that is accepted.
 const LARGEST: f64 = 1e300;
 
 impl ForceBounds {
@@ -43,7 +43,7 @@ impl ForceBounds {
                 let x = (low + f64::from(probe) / f64::from(PROBES))
                     .clamp(scene.slab().lowest_center(), scene.slab().highest_center());
                 let force = drive.reduced_force(scene, x);
-                // So that bounds, up to three times as large, are finite too.
+                // Bounds are up to three times as large, and must be finite too.
                 if force.is_nan() || force.abs() > LARGEST {
                     return Err(Error::InvalidForce { height: x, force, bound: LARGEST });
                 }
@@ -59,13 +59,13 @@ impl ForceBounds {
         Ok(())
     }
 
-    /// Lets the clock of the field run while a sphere goes from `height` over `distance`: the
-    /// distance at which it strikes and the bound that holds there, or nothing if time is left
-    /// on it at the end.
+    /// The thinning event of a sphere that moves from `height` over `distance`: its distance and
+    /// the bound there, or `None`. `until_event` is the integral of the bound up to the event; the
+    /// part that is used without an event is subtracted.
     #[inline]
     pub(super) fn thinning_event(
         &self,
-        clock: &mut f64,
+        until_event: &mut f64,
         height: f64,
         rising: bool,
         distance: f64,
@@ -80,10 +80,10 @@ impl ForceBounds {
         loop {
             let bound = self.layers[layer][side];
             let stretch = end.min(distance) - begin;
-            if *clock < bound * stretch {
-                return Some((begin + *clock / bound, bound));
+            if *until_event < bound * stretch {
+                return Some((begin + *until_event / bound, bound));
             }
-            *clock -= bound * stretch;
+            *until_event -= bound * stretch;
             if end >= distance {
                 return None;
             }
@@ -102,7 +102,7 @@ fn check_mean_forces<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
     low: f64,
     bounds: [f64; 2],
 ) -> Result<(), Error> {
-    /// A field that interpolates its potential is consistent with its force to 1e-8; rounding adds
+    /// Relative tolerance. An interpolated potential agrees with its force to 1e-8; rounding adds
     /// 1e-14.
     const CONSISTENCY: f64 = 1e-5;
     let height = |probe: u32| {

@@ -1,39 +1,40 @@
-//! How long chains are.
+//! The length of chains.
 
 use super::EventChains;
 
-/// Mean length of chains, and what it is tuned by.
+/// Mean length of chains, and the records that tune it.
 ///
-/// A chain that is short against the path between two field events drags a few spheres to and fro;
-/// one that is long against it is as good as any longer one, since every field event starts afresh
-/// elsewhere (measured in `docs/event_chains.md`). So the length is a multiple of that path. Where
-/// events come so fast that a sweep would not end soon, the path of all its chains is a multiple of
-/// that between two of them.
+/// A chain much shorter than the path between two field events moves a few spheres to and fro.
+/// Beyond several such paths the length does not matter, since every field event continues the
+/// chain elsewhere (measured in `docs/event_chains.md`). So the length is a multiple of the path
+/// between field events. Where events are so frequent that a sweep would take too long, the path of
+/// all its chains is limited to a multiple of the path between events.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ChainLength {
     fixed: Option<f64>,
     tuned: f64,
-    /// Of all chains of a sweep: what is wanted, and what it is.
+    /// Path of all chains of a sweep, as set and as limited.
     wanted_path_per_sphere: f64,
     pub(super) path_per_sphere: f64,
-    /// Of the chains of one visit to a tile, per mobile sphere.
+    /// Path of the chains of one visit to a tile, per mobile sphere.
     pub(super) path_per_visit: f64,
-    /// Whether the forces of the start have been seen.
+    /// Whether [`begin`](Self::begin) was called.
     pub(super) begun: bool,
-    /// Of vertical chains, while equilibrating.
+    /// Path of the vertical chains so far.
     path: f64,
     field_events: u64,
-    /// Path and events of vertical chains of late, older ones counting less.
+    /// Path and events of vertical chains, with weights that decay with age.
     recent: [f64; 2],
 }
 
 impl ChainLength {
     const FIELD_EVENTS_PER_CHAIN: f64 = 10.0;
-    /// A chain that has not been tuned is stopped no more often than so.
+    /// Largest mean number of field events of a chain before tuning.
     const MOST_PER_CHAIN: f64 = 1000.0;
-    /// What a visit counts less than the next, since a start relaxes.
+    /// Weight of a sweep relative to the next one, so that the relaxation of the start is
+    /// forgotten.
     const MEMORY: f64 = 0.7;
-    /// Events of a visit, per sphere: as many as pay for finding out who can touch whom.
+    /// Events of a visit, per sphere: enough to pay for finding the pairs that can touch.
     const EVENTS_PER_VISIT: f64 = 8.0;
     /// Longest path of a visit, per sphere.
     const LONGEST_VISIT: f64 = 6.0;
@@ -53,8 +54,8 @@ impl ChainLength {
         }
     }
 
-    /// Before the first chain, when all that is known is the mean magnitude of the force.
-    /// Collisions come on top.
+    /// Limits lengths before the first chain by the mean magnitude of the force. Collisions, not
+    /// known yet, come in addition.
     pub(super) fn begin(&mut self, force: f64) {
         self.begun = true;
         self.tuned = self.tuned.min(Self::MOST_PER_CHAIN / force);
@@ -66,7 +67,7 @@ impl ChainLength {
         self.fixed.unwrap_or(self.tuned)
     }
 
-    /// What the vertical chains of a sweep came to.
+    /// Records the vertical chains of a sweep.
     pub(super) fn learn(&mut self, path: f64, events: u64, field_events: u64) {
         if path > 0.0 {
             self.path += path;
@@ -76,8 +77,8 @@ impl ChainLength {
         }
     }
 
-    /// Sets the length from what the chains so far have met. It is at most the height of the slab:
-    /// a chain that a wall turns round undoes what it has done until the field stops it.
+    /// Sets the lengths from the records. The mean length is at most the height of the slab: after
+    /// a wall reverses a chain, it retraces its path until the next field event.
     pub(super) fn tune(&mut self, height: f64) {
         let [path, events] = self.recent;
         if events > 0.0 {
@@ -111,7 +112,7 @@ persist!(
 
 #[cfg(feature = "checkpoint")]
 impl ChainLength {
-    /// Whether sweeps end: chains have a length, and are not too many.
+    /// Whether sweeps end: chains have a positive length, and there are not too many.
     fn makes_sense(&self) -> bool {
         let positive = |value: f64| value.is_finite() && value > 0.0;
         let free_path = self.path / self.field_events as f64;

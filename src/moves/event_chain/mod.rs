@@ -19,21 +19,28 @@ use super::LocalMoves;
 use crate::{Error, Slab};
 pub(super) use engine::Engine;
 
-/// What becomes of a chain that the field stops.
+/// How a chain continues after a field event.
+///
+/// ```
+/// use gradient_mc::moves::{EventChains, FieldEvent};
+/// assert_eq!(EventChains::default().field_event(FieldEvent::Relocate), EventChains::default());
+/// assert_ne!(EventChains::default().field_event(FieldEvent::Reverse), EventChains::default());
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[non_exhaustive]
 pub enum FieldEvent {
-    /// Another sphere, drawn with probability proportional to |u'|, goes on downhill.
+    /// Another sphere, drawn with probability proportional to |u'|, moves on downhill.
     ///
-    /// The chain does not retrace its path, so long chains move the column: the default.
+    /// This is the default. The chain does not retrace its path, so long chains move the column.
     #[default]
     Relocate,
-    /// The sphere itself turns round. Correct as well, and slow: the chain undoes what it has done.
+    /// The same sphere moves on in the opposite direction. Correct but slow: the chain retraces its
+    /// path.
     Reverse,
-    /// Wrong, to show that tests notice: any sphere, without the weight |u'|.
+    /// A wrong rule that tests must detect: any sphere, without the weight |u'|.
     #[cfg(test)]
     Unweighted,
-    /// Wrong, to show that tests notice: a sphere drawn as for `Relocate`, but sent uphill.
+    /// A wrong rule that tests must detect: a sphere drawn as for `Relocate`, but sent uphill.
     #[cfg(test)]
     Uphill,
 }
@@ -44,16 +51,16 @@ pub enum FieldEvent {
 /// A sphere moves along an axis until it touches another, which moves on in the same direction,
 /// until the chain has used up its length. Nothing is ever rejected. Along x a sphere that goes
 /// uphill in the reduced potential u is stopped by the field at the rate |u'| per distance; then
-/// the chain continues as [`FieldEvent`] says. A wall turns a sphere round. A sweep of [local
+/// the chain continues as [`FieldEvent`] says. A wall reverses the chain. A sweep of [local
 /// moves](Self::local_moves) follows the chains.
 ///
-/// As long as all spheres move along one axis, who can touch whom does not change: it is found out
-/// once, and then serves all chains of a *visit*, of some eight events per sphere. So not every
+/// As long as all spheres move along one axis, the pairs that can touch do not change. They are
+/// found once and serve all chains of a *visit*, with about eight events per sphere. So not every
 /// sweep has chains, and [`path_per_sphere`](Self::path_per_sphere) holds on average over some tens
-/// of sweeps. Where the base is wide enough for several tiles of some 6000 spheres, chains go tile
-/// by tile, between strips of spheres that are frozen meanwhile and turn chains round as walls do
-/// (Kapfer and Krauth, doi:10.1088/1742-6596/454/1/012031). The outcome does not depend on the
-/// number of cores that share the tiles.
+/// of sweeps. If the base is wide enough for several tiles of about 6000 spheres, chains run tile
+/// by tile. During a visit the spheres in the strips between tiles are frozen, and reverse chains
+/// as walls do (Kapfer and Krauth, doi:10.1088/1742-6596/454/1/012031). The result does not depend
+/// on the number of threads that share the tiles.
 ///
 /// Chains hold global balance, not detailed balance; the proof is in `docs/event_chains.md`.
 ///
@@ -70,7 +77,7 @@ pub enum FieldEvent {
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EventChains {
-    /// None where it is tuned.
+    /// `None` if it is tuned.
     length: Option<f64>,
     vertical_fraction: f64,
     path_per_sphere: f64,
@@ -79,8 +86,8 @@ pub struct EventChains {
 }
 
 impl Default for EventChains {
-    /// Chains whose length is tuned while equilibrating, 90 % of their path vertical, and local
-    /// moves of up to half a diameter.
+    /// Chains with a length that is tuned in equilibration and 90 % of their path vertical, and
+    /// local moves of up to half a diameter.
     fn default() -> Self {
         Self {
             length: None,
@@ -93,23 +100,24 @@ impl Default for EventChains {
 }
 
 impl EventChains {
-    /// [`path_per_sphere`](Self::path_per_sphere) unless it is set.
+    /// Default of [`path_per_sphere`](Self::path_per_sphere), in diameters.
     pub const PATH_PER_SPHERE: f64 = 0.5;
-    /// Collisions and field events of a sweep, per sphere, beyond which its chains have a shorter
-    /// path: so a sweep takes a bounded time in any field. It is found out while equilibrating.
+    /// Largest mean number of collisions and field events of a sweep, per sphere, at the rate of
+    /// vertical chains. In equilibration the path of the chains is shortened to keep below it, so
+    /// that a sweep takes a bounded time in any field.
     pub const MOST_EVENTS: f64 = 100.0;
     /// Smallest mean length of a chain, in diameters.
     pub const MINIMUM_LENGTH: f64 = 1e-3;
     /// Largest mean length of a chain, in diameters.
     pub const MAXIMUM_LENGTH: f64 = 1e6;
 
-    /// Chains of the given mean length in diameters, not tuned; single lengths are uniform between
-    /// zero and twice that, so that none is commensurate with the box. Lateral ones, which go
-    /// round and round, are on average at most as long as the slab is wide.
+    /// Chains of a fixed mean length, in diameters. Single lengths are uniform between zero and
+    /// twice the mean, so that none is commensurate with the box. The mean length of lateral chains
+    /// is at most the width of the slab.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] below [`MINIMUM_LENGTH`](Self::MINIMUM_LENGTH), of which a sweep
-    /// would take too many, or above [`MAXIMUM_LENGTH`](Self::MAXIMUM_LENGTH).
+    /// [`Error::InvalidParameter`] below [`MINIMUM_LENGTH`](Self::MINIMUM_LENGTH), where a sweep
+    /// would need too many chains, or above [`MAXIMUM_LENGTH`](Self::MAXIMUM_LENGTH).
     pub fn with_length(length: f64) -> Result<Self, Error> {
         if (Self::MINIMUM_LENGTH..=Self::MAXIMUM_LENGTH).contains(&length) {
             Ok(Self { length: Some(length), ..Self::default() })
@@ -123,8 +131,8 @@ impl EventChains {
     /// numbers of chains.
     ///
     /// # Errors
-    /// [`Error::InvalidParameter`] unless above 0 and below 1: without both kinds not every
-    /// configuration can be reached.
+    /// [`Error::InvalidParameter`] unless it lies between 0 and 1, both excluded: without both
+    /// kinds not every configuration can be reached.
     pub fn vertical_fraction(self, fraction: f64) -> Result<Self, Error> {
         if fraction > 0.0 && fraction < 1.0 {
             Ok(Self { vertical_fraction: fraction, ..self })
@@ -138,9 +146,9 @@ impl EventChains {
         }
     }
 
-    /// Path of all chains of a sweep, in diameters per sphere, on average over sweeps; less where
-    /// vertical chains would be stopped more than [`MOST_EVENTS`](Self::MOST_EVENTS) times on it.
-    /// With a shorter path local moves get a larger part of the time.
+    /// Path of all chains of a sweep, in diameters per sphere, on average over sweeps.
+    /// [`MOST_EVENTS`](Self::MOST_EVENTS) may limit it. With a shorter path, local moves take a
+    /// larger share of the time.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] below 1e-3 or above 1e3.
@@ -153,16 +161,17 @@ impl EventChains {
         }
     }
 
-    /// What becomes of a chain that the field stops.
+    /// How a chain continues after a field event.
     #[must_use]
     pub fn field_event(self, field_event: FieldEvent) -> Self {
         Self { field_event, ..self }
     }
 
-    /// A sweep of local moves after the chains of each sweep, by default with S = 0.5.
+    /// Sets the local moves that follow the chains in each sweep (S = 0.5 by default), or none.
     ///
-    /// Chains move a whole column and local moves its spheres: by both together n(x) becomes known
-    /// two to three times as fast in every bin, the center of mass half as fast.
+    /// Chains move the column as a whole, local moves single spheres. Compared with chains alone,
+    /// both together reach a given error of n(x) two to three times as fast in every bin, and a
+    /// given error of the center of mass half as fast.
     #[must_use]
     pub fn local_moves(self, local_moves: Option<LocalMoves>) -> Self {
         Self { local_moves, ..self }

@@ -10,7 +10,7 @@ impl Engine {
     pub(in crate::moves) fn persist(&mut self, archive: &mut Archive<'_>, grid: &Grid) -> Result<(), Error> {
         archive.part("length", &mut self.length)?;
         archive.value("owed", &mut self.tiles.owed)?;
-        // What is ahead is never more than a visit's, and what is behind is forgotten.
+        // A sweep exceeds its path by at most one visit, and unused path is not carried over.
         archive.check(self.tiles.owed.iter().all(|owed| owed.abs() <= EventChains::MAXIMUM_LENGTH))?;
         self.local
             .as_mut()

@@ -1,4 +1,4 @@
-//! What hides what: seen from one sphere, another hides those that cannot be reached past it.
+//! Shadows: seen from one sphere, another hides the spheres that cannot be touched past it.
 
 use std::sync::OnceLock;
 
@@ -8,13 +8,13 @@ const PIXELS: usize = 16;
 /// A set of pixels.
 pub(super) type Mask = [u64; PIXELS * PIXELS / 64];
 
-/// How far a displacement may be from its pixel, since it is known in single precision only.
+/// Largest distance of a displacement from its pixel by rounding to single precision.
 const BLUR: f64 = 1e-5;
 
-/// What hides what: another sphere in a pixel hides those behind it in other pixels.
+/// The pixels in which a sphere is hidden behind a nearer one in another pixel.
 #[derive(Debug)]
 pub(super) struct Shadows {
-    /// Pixels hidden by a sphere anywhere in each.
+    /// For each pixel those that a sphere anywhere in it hides.
     behind: Box<[Mask; PIXELS * PIXELS]>,
     /// Pixels in which spheres can be touched.
     all: Mask,
@@ -47,11 +47,11 @@ impl Shadows {
         SHADOWS.get_or_init(Self::new)
     }
 
-    /// Hides what is behind a sphere in a pixel; whether nothing is left that could be touched.
+    /// Adds the pixels behind a sphere to `hidden`. Returns whether all pixels are hidden.
     #[inline]
     pub(super) fn hide(&self, displacement: [f32; 2], pixel: usize, hidden: &mut Mask) -> bool {
         let squared = displacement[0] * displacement[0] + displacement[1] * displacement[1];
-        // Nearly one diameter off, it might be passed.
+        // A sphere nearly one diameter away may be passed.
         if squared >= 1.0 - 1e-5 {
             return false;
         }
@@ -65,11 +65,12 @@ impl Shadows {
     }
 
     fn new() -> Self {
-        /// Above all roundings of double precision, and above what square roots make of these.
+        /// More than the rounding errors of double precision and of their square roots.
         const MARGIN: f64 = 1e-6;
         let side = 2.0 / PIXELS as f64;
         let corner = |pixel: usize| [pixel / PIXELS, pixel % PIXELS].map(|index| index as f64 * side - 1.0);
-        // Least and largest squared distance of points near two squares, the second of them a pixel.
+        // Least and largest squared distance of points near two squares, the second of them a
+        // pixel.
         let distances = |from: [f64; 2], size: f64, blur: f64, pixel: usize| {
             let to = corner(pixel);
             let (mut least, mut largest) = (0.0, 0.0);
@@ -94,7 +95,8 @@ impl Shadows {
             for (near, hidden) in behind.iter_mut().enumerate() {
                 let [_, to_near] = distances([0.0; 2], 0.0, BLUR, near);
                 let [_, between] = distances(corner(near), side, 2.0 * BLUR, far);
-                // On the way from the one to the other at least as long as if they touched directly.
+                // The contacts by way of the near sphere keep the two farther apart than direct
+                // contact.
                 if between < 1.0 - MARGIN && height(to_near) + height(between) > height(least) + MARGIN {
                     hidden[far / 64] |= 1 << (far % 64);
                 }

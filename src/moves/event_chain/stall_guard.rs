@@ -1,44 +1,43 @@
-//! Chains that do not get ahead.
+//! A guard against chains that do not advance.
 
 use crate::Error;
 use crate::frame::Phase;
 
-/// Guards against chains that go on for ever without getting anywhere, where spheres touch all
-/// along the way or the force is immense.
+/// Ends chains that do not advance, because spheres are jammed or the force is immense.
 ///
-/// While equilibrating, when no balance has to be kept yet, such a chain is given up early and
-/// quietly: crystals to start from are jammed until they have melted. In production it is an error,
-/// since giving up where spheres are dense would favor what is not.
+/// In equilibration, where balance need not hold, such a chain is given up early and without an
+/// error: a crystal is jammed until it melts. In production it is an error, since giving up chains
+/// in dense configurations would favor dilute ones.
 pub(super) struct StallGuard {
     phase: Phase,
     length: f64,
     /// Straight pieces since the mark.
     pieces: u32,
-    /// Times that the field stopped the chain since the mark.
+    /// Field events since the mark.
     field_events: u32,
     /// Length that was left at the mark.
     mark: f64,
 }
 
 impl StallGuard {
-    /// Straight pieces within which a chain must advance by one diameter. Only spheres that are
-    /// jammed to a millionth of a diameter need more, or one between two frozen ones that leave
-    /// it next to no room: it goes to and fro until the chain is over.
+    /// Straight pieces within which a chain must advance by one diameter. Two cases need more:
+    /// spheres that are jammed to a millionth of a diameter, and a sphere with next to no room
+    /// between two frozen ones, which goes to and fro until the chain ends.
     pub(super) const PIECES: u32 = 1_000_000;
-    /// The same while equilibrating.
+    /// The same in equilibration.
     pub(super) const PIECES_IN_EQUILIBRATION: u32 = 10_000;
 
     pub(super) fn new(length: f64, phase: Phase) -> Self {
         Self { phase, length, pieces: 0, field_events: 0, mark: length }
     }
 
-    /// Counts that the field has stopped the chain.
+    /// Counts a field event.
     #[inline]
     pub(super) fn field_event(&mut self) {
         self.field_events += 1;
     }
 
-    /// Whether the chain, which has `left` to go, may go on.
+    /// Counts a piece. Returns whether the chain, which has the length `left`, may go on.
     #[inline]
     pub(super) fn lasts(&mut self, left: f64) -> Result<bool, Error> {
         self.pieces += 1;

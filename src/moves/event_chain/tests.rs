@@ -16,8 +16,8 @@ pub(super) const SIDE: f64 = 3.0;
 /// Two spheres closer than this are near contact.
 pub(super) const NEAR: f64 = 1.03;
 
-/// Mean height of two spheres over a base 3 x 3, their mean difference in height, and how often they
-/// are near contact, by Simpson's rule in both heights: weight exp(-u(x) - u(x')) [A - π(1 - Δ²)₊].
+/// Mean height of two spheres over a base 3 x 3, their mean difference in height, and how often
+/// they are near contact, by Simpson's rule in both heights: weight exp(-u(x) - u(x')) [A - π(1 - Δ²)₊].
 pub(super) fn exact_moments(height: f64, potential: impl Fn(f64) -> f64) -> [f64; 3] {
     const PANELS: usize = 1500;
     let width = (height - 1.0) / (2 * PANELS) as f64;
@@ -44,8 +44,8 @@ pub(super) fn exact_moments(height: f64, potential: impl Fn(f64) -> f64) -> [f64
     [sums[1] / sums[0], sums[2] / sums[0], sums[3] / sums[0]]
 }
 
-/// Standard errors, of 0.012 at most (0.03 of a wrong rule), between the mean height that a rule
-/// gives and the exact one.
+/// Deviation of the mean height from the exact one, in standard errors. A standard error is at most
+/// 0.012, for a wrong rule 0.03.
 fn deviation<F: Field>(rule: FieldEvent, height: f64, field: F, temperature: f64) -> f64 {
     let [exact, ..] = exact_moments(height, |x| field.potential(x) / temperature);
     let slab = Slab::new(height, SIDE, SIDE).unwrap();
@@ -89,12 +89,12 @@ fn a_chain_that_does_not_advance_is_given_up() {
     ] {
         let mut stall_guard = StallGuard::new(2.0, phase);
         let mut pieces = 1;
-        // Half a diameter, and no more.
+        // The chain stops after half a diameter.
         while matches!(stall_guard.lasts(1.5), Ok(true)) {
             pieces += 1;
         }
         assert!(pieces >= least && pieces <= most);
-        // A diameter in every few thousand pieces is enough for ever.
+        // One diameter in 5000 pieces is enough.
         let mut stall_guard = StallGuard::new(1000.0, phase);
         for piece in 0..4_000_000 {
             assert!(stall_guard.lasts(1000.0 - f64::from(piece) / 5000.0).unwrap());
@@ -107,7 +107,7 @@ fn a_chain_that_does_not_advance_is_given_up() {
 struct Paths {
     chains: f64,
     moves: f64,
-    /// Of vertical chains.
+    /// Lengths of the vertical chains.
     vertical: Vec<f64>,
 }
 
@@ -132,8 +132,8 @@ impl Recorder for Paths {
     }
 }
 
-/// In a force of 10⁵ a chain is stopped so often that it is given up, after a path of some tenth of
-/// a diameter.
+/// In a force of 10⁵ a chain has so many field events that it is given up, after a path of about a
+/// tenth of a diameter.
 #[test]
 fn chains_that_are_given_up_are_as_long_as_their_path() {
     let slab = Slab::new(6.0, 4.0, 4.0).unwrap();
@@ -143,7 +143,7 @@ fn chains_that_are_given_up_are_as_long_as_their_path() {
         Simulation::builder(scene).moves(chains).start(RandomInsertion::default()).seed(3).build().unwrap();
     let mut paths = Paths::default();
     simulation.equilibrate(12_000, &mut paths).unwrap();
-    // They were to be 0.5 long on average.
+    // The mean length would be 0.5 if none were given up.
     let mean = paths.vertical.iter().sum::<f64>() / paths.vertical.len() as f64;
     assert!(paths.vertical.len() > 20 && mean < 0.25, "{mean} of {}", paths.vertical.len());
     approx::assert_relative_eq!(paths.chains, paths.moves, max_relative = 1e-9);

@@ -1,4 +1,4 @@
-//! Chains, tile by tile.
+//! Runs chains tile by tile.
 
 use super::EventChains;
 use super::cut::{Cut, Sizes};
@@ -15,23 +15,23 @@ use rand::Rng;
 use std::sync::{Mutex, PoisonError};
 
 impl Sizes {
-    /// Found by measurement.
+    /// The fastest by measurement.
     pub(super) const GOOD: Self = Self { spheres: 6000.0, least: [6.0, 6.0], together: 32 };
 }
 
-/// What chains keep between sweeps.
+/// Data of chains between sweeps.
 #[derive(Debug)]
 pub(super) struct Tiles {
     pub(super) sizes: Sizes,
     pub(super) frozen: Frozen,
-    /// Path that vertical and lateral chains are behind with, in diameters per sphere; negative
-    /// when they are ahead.
+    /// Path that is still due, of vertical and of lateral chains, in diameters per sphere; negative
+    /// if too much is used.
     pub(super) owed: [f64; 2],
-    /// Numbers of tiles, of which some are drawn.
+    /// Numbers of all tiles; those to be visited come first.
     order: Vec<u32>,
     outcomes: Vec<Outcome>,
     entrance: Entrance,
-    /// One for every thread.
+    /// One for each thread.
     scratch: Mutex<Vec<Tile>>,
 }
 
@@ -45,13 +45,13 @@ impl Clone for Tiles {
 #[derive(Debug, Clone, Copy)]
 struct Turn {
     cut: Cut,
-    /// Tiles that are visited.
+    /// Number of tiles that are visited.
     visits: usize,
-    /// Mean path of the chains of one, in diameters per mobile sphere.
+    /// Mean path of the chains of one visit, in diameters per mobile sphere.
     path: f64,
-    /// Mean of a chain.
+    /// Mean length of a chain.
     length: f64,
-    /// Path of all, in diameters per sphere of the system.
+    /// Path of all visits, in diameters per sphere of the system.
     pays: f64,
 }
 
@@ -91,19 +91,19 @@ impl Tiles {
         lengths: [f64; 3],
         length: &ChainLength,
     ) -> Result<Sums, Error> {
-        /// Path of a visit for lateral chains over that for vertical ones: they go on for less, and
-        /// more often, since they renew what vertical ones find as it is.
+        /// Path of a visit of lateral chains over that of vertical ones. Lateral visits are shorter
+        /// and more frequent, because they renew the constraints of vertical ones.
         const LATERAL: f64 = 0.25;
         let mut sums = Sums::default();
         let (slab, spheres) = (*sweep.configuration.slab(), sweep.configuration.len() as f64);
         let turns = [0, 1, 2].map(|axis| {
             let cut = Cut::new(axis, &slab, sweep.configuration.len(), &self.sizes);
             let (tiles, mobile) = (cut.tiles(), cut.mobile());
-            // At least one chain, where a tile has as many spheres as others.
+            // At least one chain in a tile with the mean number of spheres.
             let least = lengths[axis] / (spheres * mobile / tiles as f64).max(1.0);
             let wanted = length.path_per_visit * if axis == 0 { 1.0 } else { LATERAL };
             let path = wanted.max(least);
-            // Paths, and with them numbers of visits, depend on sizes only.
+            // Paths and numbers of visits must not depend on the configuration.
             let visits = tiles.min(self.sizes.together);
             Turn {
                 cut,
@@ -116,10 +116,10 @@ impl Tiles {
         for (owed, turns, share) in
             [(0, &turns[..1], chains.vertical_fraction), (1, &turns[1..], 1.0 - chains.vertical_fraction)]
         {
-            // Each with its half of the path.
+            // Both lateral axes with half of the path.
             let first = turns[0].frequency() / turns.iter().map(Turn::frequency).sum::<f64>();
-            // What one sweep uses too much, later ones use less. What one that failed did not use is not made
-            // up for.
+            // A sweep that uses too much path leaves less for later ones. Unused path of a failed
+            // sweep is not carried over.
             self.owed[owed] = self.owed[owed].min(0.0) + share * length.path_per_sphere;
             while self.owed[owed] > 0.0 {
                 let turn = &turns[usize::from(unit(sweep.generator) >= first)];
@@ -166,8 +166,8 @@ impl Tiles {
             length,
             record: recorder.is_some(),
         };
-        // What is entered together decides on places in layers, so it must not depend on the number of
-        // threads.
+        // The groups decide the order of spheres in layers, so they must not depend on the number
+        // of threads.
         let group = self.sizes.together;
         self.outcomes.resize_with(self.outcomes.len().max(group.min(visits)), Outcome::default);
         for numbers in self.order[..visits].chunks(group) {
@@ -182,7 +182,7 @@ impl Tiles {
                 scratch.lock().unwrap_or_else(PoisonError::into_inner).push(tile);
             });
             self.entrance.enter(cut.axis, grid, layers, outcomes);
-            // In the order of the tiles, whoever was done first.
+            // In the order of the tiles, not of completion.
             for outcome in outcomes.iter_mut() {
                 move_counts.events += outcome.events;
                 move_counts.chains += outcome.chains;
@@ -209,7 +209,7 @@ fn each(numbers: &[u32], outcomes: &mut [Outcome], visit: impl Fn(u32, &mut Outc
     numbers.iter().zip(outcomes).for_each(|(&number, outcome)| visit(number, outcome));
 }
 
-/// Calls `visit` for each tile, for several at the same time.
+/// Calls `visit` for each tile, in parallel.
 #[cfg(feature = "rayon")]
 fn each(numbers: &[u32], outcomes: &mut [Outcome], visit: impl Fn(u32, &mut Outcome) + Sync) {
     use rayon::iter::{IndexedParallelIterator, IntoParallelRefIterator, ParallelIterator};

@@ -12,7 +12,7 @@ use crate::observer::{ChainPiece, Recorder};
 use crate::random::{Generator, unit};
 use crate::{Error, Field, Scene, TemperatureProfile};
 
-/// What all tiles of a cut read.
+/// Shared data of all tiles of a cut.
 #[derive(Debug)]
 pub(super) struct Common<'a, F, T, D> {
     pub(super) scene: &'a Scene<F, T>,
@@ -30,13 +30,13 @@ pub(super) struct Common<'a, F, T, D> {
     pub(super) record: bool,
 }
 
-/// What becomes of a chain that runs into a frozen sphere.
+/// How a chain continues at a frozen sphere.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub(super) enum Frozen {
-    /// It turns round.
+    /// It reverses.
     #[default]
     Turns,
-    /// Wrong, to show that tests notice: it ends.
+    /// A wrong rule that tests must detect: the chain ends.
     #[cfg(test)]
     Ends,
 }
@@ -44,25 +44,25 @@ pub(super) enum Frozen {
 /// A sphere that has moved.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Moved {
-    /// In its layer.
+    /// Its index in its layer.
     pub(super) index: u32,
-    /// Where it is now along the axis.
+    /// Its new coordinate along the axis.
     pub(super) along: f64,
 }
 
-/// What the chains of a visit came to.
+/// The results of the chains of a visit.
 #[derive(Debug, Default)]
 pub(super) struct Outcome {
     pub(super) events: u64,
     pub(super) chains: u64,
     pub(super) path: f64,
     pub(super) field_events: u64,
-    /// Filled only if somebody wants to know.
+    /// Filled only if moves are recorded.
     pub(super) pieces: Vec<ChainPiece>,
     lengths: Vec<f64>,
     /// Spheres that moved, layer by layer.
     moved: Vec<Moved>,
-    /// The first layer, and where those of each end.
+    /// The first layer, and the end of each layer's part.
     first_layer: usize,
     ends: Vec<u32>,
     pub(super) error: Option<Error>,
@@ -91,7 +91,7 @@ impl Outcome {
         &self.moved[begin as usize..end as usize]
     }
 
-    /// Tells what happened, in the order in which it did.
+    /// Passes the records on in the order of events.
     pub(super) fn tell(&self, axis: usize, recorder: &mut dyn Recorder) {
         recorder.record_pieces(axis, &self.pieces);
         for &length in &self.lengths {
@@ -100,44 +100,44 @@ impl Outcome {
     }
 }
 
-/// A sphere as it is found.
+/// A sphere in or beside a tile.
 #[derive(Debug, Clone, Copy)]
 struct Found {
     along: f64,
     across: [f64; 2],
     number: u32,
-    /// In its layer.
+    /// Its index in its layer.
     index: u32,
     column: u32,
     mobile: bool,
 }
 
-/// A copy of what a tile contains, and the memory for the next.
+/// A copy of the spheres of a tile, and memory that is reused for the next tile.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Tile {
-    /// Layer by layer.
+    /// The spheres, layer by layer.
     found: Vec<Found>,
-    /// The first layer, and where those of each end.
+    /// The first layer, and the end of each layer's part.
     first_layer: usize,
     ends: Vec<u32>,
-    /// Coordinate along the axis, as a whole number of the same order, number and place among those
-    /// found, in this order.
+    /// Sorted: the bits of the coordinate along the axis, the number of the sphere, and its index
+    /// in `found`.
     order: Vec<(u64, u32, u32)>,
     slices: Vec<u32>,
-    /// Which sphere of the tile each of those found is.
+    /// For each sphere of `found`, its number in the tile.
     spheres: Vec<u32>,
     candidates: Vec<Candidate>,
     pub(super) constraints: Constraints,
-    /// Coordinates of the spheres along the axis, the mobile ones first. Beyond the ends of a
-    /// periodic axis they go on.
+    /// Coordinates of the spheres along the axis, the mobile ones first. They are not wrapped at
+    /// the ends of a periodic axis.
     pub(super) along: Vec<f64>,
-    /// Heights of the spheres, for recorders of chains across.
+    /// Heights of the spheres, for recorders of lateral chains.
     pub(super) heights: Vec<f64>,
     pub(super) mobile: usize,
 }
 
 impl Tile {
-    /// Runs the chains of a visit; the configuration stays as it is.
+    /// Runs the chains of a visit, without changing the configuration.
     pub(super) fn visit<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
         &mut self,
         common: &Common<'_, F, T, D>,
@@ -174,7 +174,8 @@ impl Tile {
         generator: &mut Generator,
         outcome: &mut Outcome,
     ) {
-        // In proportion to the number of spheres, or those of crowded tiles would move less.
+        // Proportional to the number of mobile spheres; otherwise spheres in dense tiles would move
+        // less.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let chains = (common.chains * self.mobile as f64 + unit(generator)) as u64;
         let vertical = common.axis == 0;
@@ -186,8 +187,8 @@ impl Tile {
         };
         let mut forward = unit(generator) < 0.5;
         for number in 0..chains {
-            // One that goes on in the direction of the last undoes nothing. The field turns vertical ones
-            // round anyway.
+            // A lateral chain in the direction of the one before does not retrace its path.
+            // Vertical chains are reversed by the field anyway.
             if vertical && number > 0 {
                 forward = unit(generator) < 0.5;
             }
@@ -247,9 +248,9 @@ impl Tile {
                 mobile: in_first && in_second,
             });
         };
-        // Where most of a layer is in reach, spheres are read in the order of memory.
+        // If whole layers are in reach, spheres are read in the order of memory.
         let whole = (1..3).all(|axis| ranges[axis].1 == grid.cells[axis]);
-        // The first layer is what is beyond the wall.
+        // The first layer is beyond the wall.
         let (first, count) = ranges[0];
         self.first_layer = first + 1;
         for layer in &layers[first + 1..=first + count] {
@@ -273,9 +274,9 @@ impl Tile {
         self.mobile = mobile;
     }
 
-    /// Brings the spheres into their order along the axis: roughly, then within slices.
+    /// Sorts the spheres along the axis: first into slices, then within slices.
     fn sort(&mut self) {
-        /// Spheres of a slice, on average.
+        /// Mean number of spheres in a slice.
         const SPHERES: usize = 8;
         let Self { found, order, slices, .. } = self;
         let largest = found.iter().fold(0.0, |largest, found| found.along.max(largest));
@@ -295,7 +296,7 @@ impl Tile {
         order.resize(found.len(), (0, 0, 0));
         for (place, found) in (0..).zip(found.iter()) {
             let next = &mut slices[slice(found.along)];
-            // Numbers make the order unique, whatever the cells did with it.
+            // The number of the sphere makes the order unique.
             order[*next as usize] = (found.along.to_bits(), found.number, place);
             *next += 1;
         }
@@ -306,8 +307,8 @@ impl Tile {
         }
     }
 
-    /// Numbers the spheres, mobile ones first and column by column, so that those near each other
-    /// are kept together.
+    /// Numbers the spheres, mobile ones first and column by column, so that neighbors are close in
+    /// memory.
     fn number(&mut self, columns: &Columns) {
         let Self { found, order, slices: next, spheres, candidates, along, .. } = self;
         next.clear();
@@ -333,7 +334,7 @@ impl Tile {
         }
     }
 
-    /// Notes where spheres have gone.
+    /// Lists the spheres that moved.
     fn list_moved<F, T, D>(&self, common: &Common<'_, F, T, D>, outcome: &mut Outcome) {
         outcome.first_layer = self.first_layer;
         let mut begin = 0;
@@ -342,7 +343,7 @@ impl Tile {
             let places = begin as usize..end as usize;
             for (found, &sphere) in self.found[places.clone()].iter().zip(&self.spheres[places]) {
                 let along = self.along[sphere as usize];
-                // The same to the last bit: it has not moved.
+                // Equal bits: it has not moved.
                 if found.mobile && found.along.to_bits() != along.to_bits() {
                     let along = if common.axis == 0 {
                         along
@@ -354,7 +355,7 @@ impl Tile {
                     outcome.moved.push(Moved { index: found.index, along });
                 }
             }
-            // Whatever the order of the cells was.
+            // In an order that does not depend on the cells.
             outcome.moved[listed..].sort_unstable_by_key(|moved| moved.index);
             // The scene limits the number of spheres to u32.
             #[allow(clippy::cast_possible_truncation)]

@@ -1,44 +1,44 @@
-//! Trials that are prepared together.
+//! Batches of trials.
 
 use crate::configuration::{Grid, Layer, NOBODY, Probe, Site, Spot, neighbors_of, occupied_in_reach, wrap};
 use wide::f32x8;
 
-/// Where a sphere of the domain is.
+/// The place of a sphere in a slice.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Place {
     pub(super) layer: u32,
     pub(super) index: u32,
 }
 
-/// Layers whose spheres move, between two whose spheres do not.
+/// Layers whose spheres move, and one layer on either side whose spheres do not.
 pub(super) struct Slice<'a> {
-    /// The first and the last are only looked at.
+    /// The first and the last are only read.
     pub(super) layers: &'a mut [Layer],
-    /// Index along x of the first whose spheres move.
+    /// Index along x of the first layer whose spheres move.
     pub(super) first: usize,
 }
 
 /// Trials in a batch.
 pub(super) const BATCH: usize = 8;
-/// What the trials of a domain have in common.
+/// Shared data of the trials of a domain.
 pub(super) struct Rules<'a> {
     pub(super) grid: &'a Grid,
     pub(super) widths: [f64; 2],
     pub(super) lowest: f64,
     pub(super) highest: f64,
-    /// Tile of each cell of a layer, empty if there is only one, and that of the domain.
+    /// Tile of each cell of a layer, empty if there is only one; below, the tile of the domain.
     pub(super) tile_of: &'a [u16],
     pub(super) tile: usize,
 }
 
-/// Trials, drawn and looked at.
+/// A batch of trials in preparation.
 ///
-/// What becomes of a trial is hardly ever predictable, and a processor that has guessed wrong would
-/// have to start the next one from nothing. So several are prepared without a branch, step by step:
-/// each step waits for memory once, and does arithmetic on all.
+/// The outcome of a trial is hardly predictable, and each wrong guess of the processor would delay
+/// the next trial. So several trials are prepared together without a branch, step by step: each
+/// step waits for memory once, and does arithmetic on all.
 #[derive(Debug, Clone)]
 pub(super) struct Trials<const COUNT: usize> {
-    /// The number of the sphere and a displacement in 32 bits, and two more displacements.
+    /// Random bits: 32 each for the choice of the sphere and three displacements.
     pub(super) random: [[u64; COUNT]; 2],
     /// Largest displacement along x, and along y and z, over 2³².
     pub(super) scale: [[f64; COUNT]; 2],
@@ -47,18 +47,18 @@ pub(super) struct Trials<const COUNT: usize> {
     from_height: [f64; COUNT],
     position: [[f64; COUNT]; 3],
     relative: [[f32; COUNT]; 3],
-    /// Layer, y and z of the cell, its index in the layer, and the part of it.
+    /// Layer, y and z of the cell, its index in the layer, and the part of the cell.
     cell: [[u32; COUNT]; 5],
     /// Layer in the slice.
     local: [u32; COUNT],
     ignored: [u32; COUNT],
     candidates: [u64; COUNT],
     refused: [bool; COUNT],
-    /// Those that would leave the domain, and not the slab.
+    /// Trials that would leave the domain, but not the slab.
     leaving: [bool; COUNT],
 }
 
-/// One trial, as far as it was prepared.
+/// One prepared trial.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Trial {
     pub(super) chosen: usize,
@@ -72,7 +72,7 @@ pub(super) struct Trial {
 /// bit.
 #[inline]
 fn odd_integer(bits: u64) -> f64 {
-    // The mantissa of a number whose last bit counts one.
+    // A number whose last bit has the value 1.
     const ONES: f64 = (1_u64 << 52) as f64;
     let odd = (bits & 0xffff_ffff) << 1 | 1;
     f64::from_bits(ONES.to_bits() | odd) - (ONES + (1_u64 << 32) as f64)
@@ -111,7 +111,7 @@ impl<const COUNT: usize> Trials<COUNT> {
         [0, 1, 2].map(|axis| self.displacement(axis, trial))
     }
 
-    /// Which way a displacement points: one bit for each axis along which it is positive.
+    /// Octant of a displacement: one bit for each axis, set if it is positive.
     #[inline]
     fn octant(&self, trial: usize) -> usize {
         let [first, second] = [self.random[0][trial], self.random[1][trial]];
@@ -120,12 +120,14 @@ impl<const COUNT: usize> Trials<COUNT> {
             | usize::from(second >> 63 == 1) << 2
     }
 
-    /// Looks at the trials drawn, as far as it goes without a branch; `EARLY` cells are visited.
+    /// Prepares the drawn trials as far as is possible without a branch. `EARLY` cells are searched
+    /// for overlaps.
     // Both sides always: a condition is cheaper than a branch.
     #[allow(clippy::needless_bitwise_bool)]
     // Each loop is over one step of all trials.
     #[allow(clippy::needless_range_loop)]
-    // One call a batch costs nothing; four copies in one place cost more than a cache of instructions holds.
+    // One call per batch costs nothing, but four inlined copies would overflow the instruction
+    // cache.
     #[inline(never)]
     pub(super) fn prepare<const EARLY: usize>(
         &mut self,
@@ -157,7 +159,7 @@ impl<const COUNT: usize> Trials<COUNT> {
             let to = from + self.displacement(0, trial);
             let inside = (to >= lowest) & (to <= highest);
             self.from_height[trial] = from;
-            // One that is refused is looked at where it starts.
+            // A rejected trial stays where it starts.
             self.position[0][trial] = if inside { to } else { from };
             self.refused[trial] = !inside;
         }
@@ -182,7 +184,7 @@ impl<const COUNT: usize> Trials<COUNT> {
         for trial in 0..COUNT {
             let local = (self.cell[0][trial] + 1).wrapping_sub(first);
             let beyond = local.wrapping_sub(1) >= moving;
-            // One that leaves the domain is looked at wherever.
+            // For a trial that leaves the domain any valid layer will do.
             self.local[trial] = if beyond { 1 } else { local };
             self.leaving[trial] = beyond;
         }
@@ -227,7 +229,7 @@ impl<const COUNT: usize> Trials<COUNT> {
         }
     }
 
-    /// The trials that have not been refused yet, one bit for each.
+    /// The trials that are not rejected yet, one bit for each.
     #[inline]
     pub(super) fn pending(&self) -> u32 {
         self.refused.iter().enumerate().map(|(trial, &refused)| u32::from(!refused) << trial).sum()
@@ -239,7 +241,7 @@ impl<const COUNT: usize> Trials<COUNT> {
         self.leaving.iter().enumerate().map(|(trial, &leaving)| u32::from(leaving) << trial).sum()
     }
 
-    /// A trial that has not been refused yet.
+    /// A trial, unless it is rejected already.
     #[inline]
     pub(super) fn get(&self, trial: usize) -> Option<Trial> {
         if self.refused[trial] {
@@ -254,7 +256,7 @@ impl<const COUNT: usize> Trials<COUNT> {
         })
     }
 
-    /// One of them by itself, to be prepared again.
+    /// A single trial, to be prepared again.
     pub(super) fn alone(&self, trial: usize) -> Trials<1> {
         Trials {
             random: self.random.map(|random| [random[trial]]),
@@ -264,8 +266,8 @@ impl<const COUNT: usize> Trials<COUNT> {
     }
 }
 
-/// Where the trials of a batch lead, in single precision, and which may have been affected by a
-/// move.
+/// Targets of the trials of a batch in single precision, and the trials that a move may have
+/// affected.
 pub(super) struct Targets {
     position: [f32x8; 3],
     widths: [f32x8; 2],
@@ -273,13 +275,13 @@ pub(super) struct Targets {
     stale: u32,
 }
 
-// Single precision is enough for a test with room to spare.
+// Single precision is enough, because the test has a margin.
 #[allow(clippy::cast_possible_truncation)]
 impl Targets {
     /// For displacements up to `size`.
     pub(super) fn new(widths: [f64; 2], size: f64) -> Self {
-        // A move affects trials that lead within a diameter of where it starts, less than `size` from where
-        // it ends, and those of its own sphere, which lead less than `size` from where it starts.
+        // A move affects trials whose targets are within a diameter of its start or end, and those
+        // of its own sphere. The start is less than `size` from the end.
         let reach = f64::max(1.25 + size, 0.25 + 2.0 * size);
         Self {
             position: [f32x8::splat(0.0); 3],
@@ -294,7 +296,7 @@ impl Targets {
         self.stale = 0;
     }
 
-    /// Notes which trials a move to `position` may affect.
+    /// Marks the trials that a move to `position` may affect.
     #[inline]
     pub(super) fn disturb(&mut self, position: [f64; 3]) {
         let [x, y, z] = position.map(|coordinate| f32x8::splat(coordinate as f32));
@@ -305,7 +307,7 @@ impl Targets {
         self.stale |= dx.fast_max(dy).fast_max(dz).simd_lt(self.reach).to_bitmask();
     }
 
-    /// Those of them that come after a trial, one bit for each.
+    /// The marked trials after a given one, one bit for each.
     #[inline]
     pub(super) fn stale_after(&self, trial: usize) -> u32 {
         self.stale & u32::MAX << 1 << trial

@@ -1,38 +1,39 @@
-//! How a sweep cuts the box into domains.
+//! Cuts the box into domains for a sweep.
 
 use crate::configuration::Grid;
 use crate::random::{Generator, index};
 
-/// How large domains are.
+/// Sizes of domains.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Sizes {
-    /// Least thickness of a slab and width of a tile, in units of S: of the trials they lose S/2
-    /// over the one and the other.
+    /// Least thickness of a slab and width of a tile, in units of S. A share of trials of S/2 over
+    /// each is lost.
     pub(super) thickness: f64,
     pub(super) width: f64,
-    /// Fewest spheres of a slab, on average.
+    /// Smallest mean number of spheres in a slab.
     pub(super) least: usize,
     /// Spheres of a tile that fit the cache.
     pub(super) most: f64,
 }
 
 impl Sizes {
-    /// Found by measurement: thinner slabs keep more cores busy.
+    /// The fastest by measurement. Thinner slabs give work to more threads.
     pub(super) const GOOD: Self = Self { thickness: 14.0, width: 16.0, least: 512, most: 3500.0 };
-    /// For displacements that are tuned: thin, so that the density varies little within a slab, and
-    /// many in small systems too.
+    /// For tuned displacements: thin slabs, so that the density varies little within each, and
+    /// several of them in small systems too.
     pub(super) const TUNED: Self = Self { thickness: 4.0, width: 4.0, least: 16, most: 3500.0 };
 }
 
-/// Slabs of several layers, and tiles of the base, usually strips; a domain is a tile of a slab.
+/// Division into slabs of several layers and tiles of the base, usually strips. A domain is a tile
+/// of a slab.
 ///
-/// Cuts cost the trials that would cross them, a share of S/2 over the distance between cuts, and
-/// buy spheres that fit the cache and, between slabs, work for every core. A small system is one
-/// domain. The cuts depend on sizes and the generator, never on where the spheres are.
+/// Trials that cross a cut are rejected, a share of S/2 over the distance between cuts. In return
+/// the spheres of a domain fit the cache, and slabs can be swept in parallel. A small system is one
+/// domain. Cuts depend on sizes and the generator, not on the configuration.
 #[derive(Debug, Clone)]
 pub(super) struct Domains {
     sizes: Sizes,
-    /// Layers at which slabs begin, and the end.
+    /// First layers of the slabs, and the end of the last.
     cuts: Vec<usize>,
     tiles: usize,
     /// Tile of each cell of a layer; empty if there is only one.
@@ -42,8 +43,8 @@ pub(super) struct Domains {
 impl Domains {
     /// Fewest layers of a slab.
     const LEAST_LAYERS: f64 = 3.0;
-    /// Fewest layers of the first and the last: those that are swept at the same time each look at
-    /// one of the slab between them.
+    /// Fewest layers of the first and the last slab: two slabs that are swept in parallel each read
+    /// one layer of the slab between them.
     const LEAST_AT_END: usize = 2;
 
     pub(super) fn new(sizes: Sizes) -> Self {
@@ -72,8 +73,8 @@ impl Domains {
             }
         }
         self.cuts.push(layers);
-        // Strips along z, which lie together in memory, as wide as fit the cache; and shorter ones if
-        // these do not.
+        // Strips along z, which are contiguous in memory, as wide as fit the cache; cut along z too
+        // if they do not fit.
         let per_cell = particles as f64 / (layers * rows * columns) as f64 * thickness as f64;
         let tiles = |axis: usize, fitting: f64| {
             let cells = grid.cells[axis] as f64;
@@ -113,7 +114,7 @@ impl Domains {
         self.cuts.len() - 1
     }
 
-    /// First layer of a slab, and that behind its last.
+    /// First layer of a slab, and the one after its last.
     pub(super) fn slab(&self, slab: usize) -> [usize; 2] {
         [self.cuts[slab], self.cuts[slab + 1]]
     }
@@ -154,7 +155,7 @@ mod tests {
                 assert_eq!((domains.cuts[0], *domains.cuts.last().unwrap()), (0, grid.cells[0]));
                 for slab in 0..domains.slabs() {
                     let [begin, end] = domains.slab(slab);
-                    // Those that are swept at the same time are two layers apart.
+                    // Slabs that are swept in parallel are two layers apart.
                     assert!(end >= begin + 2);
                     inside_some_slab[begin + 1..end].fill(true);
                 }

@@ -22,10 +22,10 @@ use visit::{Common, Outcome, Scratch};
 /// min(1, exp(−Δu)) (eq. 12 of doi:10.1103/PhysRevE.83.061306 and those derived from it). A trial
 /// and its reverse are proposed with the same probability, so detailed balance holds.
 ///
-/// Each sweep cuts a large box into domains, elsewhere every time, and makes as many trials in each
-/// as there are spheres, so that cores can share the work; trials that leave a domain are rejected
-/// too. Why balance holds all the same is said in `docs/physics.md`. The outcome does not depend on
-/// the number of cores.
+/// Each sweep cuts a large box into domains at random places, and makes as many trials in each as
+/// it has spheres, so that threads can share the work. Trials that leave a domain are rejected.
+/// `docs/physics.md` proves that detailed balance still holds. The result does not depend on the
+/// number of threads.
 ///
 /// ```
 /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, moves::LocalMoves};
@@ -40,19 +40,19 @@ use visit::{Common, Outcome, Scratch};
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct LocalMoves {
-    /// All of them, and then the last again.
+    /// The sizes; unused places repeat the last.
     sizes: [f64; Self::MOST_SIZES],
     count: usize,
-    /// Displacements along y and z are never larger than this.
+    /// Upper limit of displacements along y and z.
     across: f64,
     tuned: bool,
 }
 
 impl LocalMoves {
-    /// Most sizes of a mixture.
+    /// Largest number of sizes in a mixture.
     pub const MOST_SIZES: usize = 4;
 
-    /// S = `maximum_displacement` in diameters.
+    /// Moves with S = `maximum_displacement`, in diameters.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] unless positive and finite. S must not exceed half the smallest
@@ -61,8 +61,8 @@ impl LocalMoves {
         Self::mixture(&[maximum_displacement])
     }
 
-    /// Each trial draws one of several S, all equally likely; the choice does not depend on where
-    /// the sphere is, so detailed balance holds.
+    /// Moves with several S. Each trial draws one of them with equal probability, independently of
+    /// the position of the sphere, so detailed balance holds.
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] unless there are 1 to [`MOST_SIZES`](Self::MOST_SIZES), each as
@@ -82,20 +82,19 @@ impl LocalMoves {
         Ok(Self { sizes, count, across: f64::INFINITY, tuned: false })
     }
 
-    /// S tuned while equilibrating, and then fixed; nothing has to be known beforehand.
+    /// Moves with S tuned in equilibration and fixed in production. They need no parameters.
     ///
-    /// There are two kinds of sweeps, drawn at random. In *short* ones the box is cut into slabs a
-    /// dozen diameters thick, and S, at most three diameters, is a function of the height of
-    /// the slab: the one that renews the structure around a sphere the soonest. In *long* ones
-    /// S along x is the same everywhere and may be half the height of the slab: such a trial
-    /// puts a sphere somewhere else, and as long as there is room moves a column by far the
-    /// fastest. That S and the share of long sweeps are those with which the column as a whole
-    /// sinks the most easily. Both are judged by the mean square of accepted displacements
-    /// along x, per trial, not by an acceptance. Where hardly a sphere has been, sizes
-    /// are drawn. [`TunedDisplacements`] tells what was found.
+    /// There are two kinds of sweeps, drawn at random. In *short* ones the box is cut into slabs
+    /// about a dozen diameters thick. S depends on the height of the slab, is at most three
+    /// diameters, and is chosen to renew the structure around a sphere the fastest. In *long* ones
+    /// S along x is the same at all heights, up to half the height of the box. Where the column is
+    /// not dense, such moves relax it by far the fastest. Their S and the share of long sweeps are
+    /// chosen for the fastest relaxation of the column as a whole. The measure for both is the mean
+    /// square of accepted displacements along x per trial, not the acceptance. Where there are too
+    /// few spheres to choose, sizes are drawn at random. [`TunedDisplacements`] gives the result.
     ///
-    /// No S depends on where the spheres are once production has begun, so balance is detailed;
-    /// equilibrate until the column is steady.
+    /// In production no S depends on the configuration, so detailed balance holds. Equilibrate
+    /// until the column is stationary.
     ///
     /// ```
     /// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, moves::LocalMoves};
@@ -118,7 +117,7 @@ impl LocalMoves {
         }
     }
 
-    /// Whether the moves suit a slab.
+    /// Fails if S is too large for a slab.
     pub(crate) fn check(&self, slab: &Slab) -> Result<(), Error> {
         if self.tuned {
             return Ok(());
@@ -135,7 +134,7 @@ impl LocalMoves {
         }
     }
 
-    /// One S that is known to be right.
+    /// Moves with one S that needs no check.
     pub(crate) fn one(maximum_displacement: f64) -> Self {
         Self::capped(maximum_displacement, f64::INFINITY)
     }
@@ -150,30 +149,30 @@ impl LocalMoves {
         self.maximum_displacement().min(self.across)
     }
 
-    /// S in diameters; the largest of a mixture, and of [tuned](Self::tuned) ones the largest in
-    /// short sweeps.
+    /// S in diameters: the largest of a mixture; for [tuned](Self::tuned) moves the largest allowed
+    /// in short sweeps.
     #[must_use]
     pub fn maximum_displacement(&self) -> f64 {
         self.sizes.into_iter().fold(0.0, f64::max)
     }
 }
 
-/// Local moves at work.
+/// The engine of local moves.
 #[derive(Debug, Clone)]
 pub(crate) struct Engine {
     moves: LocalMoves,
     domains: Domains,
     sweeps: u64,
-    /// Of each slab.
+    /// Outcomes of the slabs.
     outcomes: Vec<Outcome>,
-    /// One, or one for each slab where they are swept at the same time.
+    /// One, or one for each slab with the feature `rayon`.
     scratch: Vec<Scratch>,
-    /// Where S is tuned.
+    /// Present if S is tuned.
     tuning: Option<Box<TunedDisplacements>>,
 }
 
 impl Engine {
-    /// Spheres take thousands of sweeps to leave the domain that they are in.
+    /// Spheres need thousands of sweeps to leave the neighborhood in which they are sorted.
     const SWEEPS_BETWEEN_SORTS: u64 = 1000;
 
     pub(in crate::moves) fn new(moves: LocalMoves) -> Self {
@@ -187,7 +186,7 @@ impl Engine {
         }
     }
 
-    /// What is tuned, if anything.
+    /// The tuned displacements, if there are any.
     pub(crate) fn tuning(&self) -> Option<&TunedDisplacements> {
         self.tuning.as_deref()
     }
@@ -195,8 +194,8 @@ impl Engine {
     /// One sweep: as many trials as there are spheres.
     ///
     /// # Errors
-    /// [`Error::InvalidPotential`] where a field or a temperature turns out not to be finite
-    /// between the heights that were probed; the configuration stays valid.
+    /// [`Error::InvalidPotential`] if field or temperature are not finite between the probed
+    /// heights. The configuration stays valid.
     pub(in crate::moves) fn sweep<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
         &mut self,
         sweep: &mut Sweep<'_, F, T, D>,
@@ -228,10 +227,10 @@ impl Engine {
             slice.visit(&common, |tile| derived(keys, [slab, tile]), outcome, scratch);
         };
         for color in 0..2 {
-            // Slabs of the same color do not see each other: one sweeps them in any order, or at once.
+            // Slabs of one color are independent: they are swept in any order, or in parallel.
             sweep_color(domains, color, particles, layers, &mut self.outcomes, &mut self.scratch, &visit);
         }
-        // What was done before an error, or elsewhere, was done.
+        // Moves before an error, and in other slabs, count.
         for outcome in &self.outcomes[..slabs] {
             move_counts.trials += outcome.trials;
             move_counts.accepted += outcome.accepted;
@@ -268,7 +267,8 @@ impl Engine {
     }
 }
 
-/// The layers of a slab, and those before and after it, out of all and the two beyond the walls.
+/// The layers of a slab and its two neighbors, as indices into all layers including those beyond
+/// the walls.
 fn layers_of(domains: &Domains, slab: usize) -> std::ops::Range<usize> {
     let [first, end] = domains.slab(slab);
     first..end + 2
@@ -293,7 +293,7 @@ fn sweep_color(
     }
 }
 
-/// Visits every other slab, from `color` on, at the same time.
+/// Visits every other slab from `color` on, in parallel.
 #[cfg(feature = "rayon")]
 fn sweep_color(
     domains: &Domains,
@@ -312,8 +312,8 @@ fn sweep_color(
     sweep_at_once(domains, all.clone(), (layers, 0), &mut outcomes[all.clone()], &mut scratch[all], visit);
 }
 
-/// Visits every other slab of some, the first included, at the same time. Of the layers, which begin
-/// with the one of the given number, each half gets its own; nothing is allocated.
+/// Visits every other slab of `slabs`, from the first on, in parallel. `layers` begins with the
+/// layer of index `begin`. Each half of the slabs gets its own layers, without allocation.
 #[cfg(feature = "rayon")]
 fn sweep_at_once(
     domains: &Domains,
@@ -326,7 +326,7 @@ fn sweep_at_once(
     if slabs.is_empty() {
         return;
     }
-    // Of the color.
+    // Number of slabs to visit.
     let count = slabs.len().div_ceil(2);
     if count == 1 {
         let range = layers_of(domains, slabs.start);
@@ -335,7 +335,7 @@ fn sweep_at_once(
     }
     let first = count / 2 * 2;
     let middle = slabs.start + first;
-    // The slab between two of one color is at least two layers thick, and each looks at one.
+    // The slab between two of one color has at least two layers, and each of the two reads one.
     let between = layers_of(domains, middle).start;
     let (below, above) = layers.split_at_mut(between - begin);
     let (lower_outcomes, upper_outcomes) = outcomes.split_at_mut(first);
@@ -350,7 +350,7 @@ fn sweep_at_once(
     );
 }
 
-/// A generator of its own for each domain of a sweep.
+/// The generator of a domain in a sweep.
 pub(in crate::moves) fn derived(keys: [u64; 2], [slab, tile]: [usize; 2]) -> Generator {
     /// Mixes all bits (the finalizer of `SplitMix64`).
     fn mix(mut value: u64) -> u64 {

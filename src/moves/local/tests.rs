@@ -81,14 +81,14 @@ fn one_sphere_in_many_domains_follows_the_barometric_law() {
     for deviation in barometric_deviations(&moments, temperature, range, 0.04) {
         assert!(deviation.abs() < 4.0, "{deviation} sigma");
     }
-    // Every place across is as good as any other.
+    // All places across are equally likely.
     for times in across {
         assert!((f64::from(times) / f64::from(sweeps) - 0.5).abs() < 0.05, "{across:?}");
     }
 }
 
-/// Without weight a lone sphere is rejected by walls and by the faces of domains alone, and by
-/// walls in S/(2L) of the trials.
+/// Without a field only walls and the faces of domains reject trials of a single sphere. Walls
+/// reject S/(2L) of them.
 #[test]
 fn trials_that_leave_a_domain_are_counted() {
     let (size, range, sweeps) = (1.0, 12.0, 1_000_000);
@@ -110,8 +110,9 @@ fn trials_that_leave_a_domain_are_counted() {
     assert_eq!(column.move_counts.left_domain, 0);
 }
 
-/// Standard errors, of at most a share `cap`, between the first two moments of the height above
-/// contact, of one sphere in a box that leaves it `range`, and those of exp(−x/T).
+/// Deviations, in standard errors, of the first two moments of the height above contact from those
+/// of exp(−x/T), for one sphere in a box that leaves it `range`. A standard error is at most `cap`
+/// times its moment.
 pub(super) fn barometric_deviations(
     moments: &BlockAverages,
     temperature: f64,
@@ -137,8 +138,7 @@ fn many_spheres_in_small_domains_weigh_what_they_weigh() {
     check_contact(LocalMoves::one(0.4), 0, 60_000);
 }
 
-/// Contact theorem: n(1/2) T is the weight on the base, whatever the density. Gives the column
-/// back.
+/// Contact theorem: n(1/2) T is the weight on the base, whatever the density. Returns the column.
 pub(super) fn check_contact(moves: LocalMoves, equilibration: u64, sweeps: u64) -> Column {
     let (temperature, width) = (3.0, 6.0);
     let particles = 72;

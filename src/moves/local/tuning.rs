@@ -1,4 +1,4 @@
-//! Maximum displacements that are tuned while equilibrating.
+//! Maximum displacements that are tuned in equilibration.
 
 use super::LocalMoves;
 use super::domains::Domains;
@@ -7,19 +7,19 @@ use crate::frame::Phase;
 use crate::observer::AcceptedMove;
 use crate::random::{Generator, index, unit};
 
-/// Short sizes that are tried.
+/// Number of short candidates.
 const SHORT: usize = 8;
-/// Short and long ones, of which a low box has fewer.
+/// Largest number of candidates. A low box has fewer long ones.
 const MOST: usize = 16;
 
-/// What became of trials of one size that started in one band.
+/// Trials with one candidate that start in one band.
 #[derive(Debug, Clone, Copy, Default)]
 #[cfg_attr(feature = "checkpoint", derive(serde::Serialize, serde::Deserialize))]
 struct Count {
     trials: f64,
-    /// Of squares of accepted displacements along x.
+    /// Squares of accepted displacements along x.
     far: Sums,
-    /// The same, where none counts more than renewing the place it leaves.
+    /// The same squares, each at most [`RENEWED`](Self::RENEWED).
     near: Sums,
 }
 
@@ -37,7 +37,7 @@ impl Sums {
         self.squares += value * value;
     }
 
-    /// Mean over `trials`, less its standard error: one lucky jump is no evidence.
+    /// Mean over `trials` minus its standard error, so that a single long jump does not count.
     fn cautious_mean(&self, trials: f64) -> f64 {
         if trials > 0.0 { (self.values - self.squares.sqrt()).max(0.0) / trials } else { 0.0 }
     }
@@ -49,7 +49,8 @@ impl Sums {
 }
 
 impl Count {
-    /// The square of half a diameter: so wide is what spheres leave of the structure around them.
+    /// The square of half a diameter. A longer displacement does not renew the local structure
+    /// more.
     const RENEWED: f64 = 0.25;
 
     fn add(&mut self, displacement: f64) {
@@ -65,10 +66,10 @@ impl Count {
     }
 }
 
-/// What is best, as far as is known.
+/// The best candidates so far.
 #[derive(Debug, Clone, Default)]
 struct Plan {
-    /// The short size for slabs whose middle is in a band.
+    /// By band, the short candidate for slabs whose middle is in it.
     short: Vec<Option<usize>>,
     long: Option<usize>,
     share_of_long: f64,
@@ -92,19 +93,19 @@ struct Plan {
 /// ```
 #[derive(Debug, Clone, Default)]
 pub struct TunedDisplacements {
-    /// One S each, from the smallest to the largest, the short ones first.
+    /// The candidates, one S each in ascending order, the short ones first.
     ladder: Vec<LocalMoves>,
-    /// The box is divided into bands of so many layers.
+    /// Layers in each of the bands that divide the box.
     layers_per_band: usize,
     layer_side: f64,
-    /// Of each band and candidate of the ladder.
+    /// By band and candidate.
     counts: Vec<[Count; MOST]>,
     plan: Plan,
-    /// Bands below and above the middle of a slab that it covers.
+    /// Bands that a slab covers below the band of its middle, and above it.
     reach: usize,
-    /// Of the sweep under way: band, candidate and number of trials.
+    /// Band, candidate and number of trials in the current sweep.
     trials: Vec<(usize, usize, f64)>,
-    /// Rungs of the slabs of this sweep.
+    /// Candidates of the slabs in the current sweep.
     candidates: Vec<usize>,
     adapting: bool,
     sweeps: u64,
@@ -112,23 +113,23 @@ pub struct TunedDisplacements {
 }
 
 impl TunedDisplacements {
-    /// The smallest S; the largest short one and the largest along y and z, if the slab is wide
-    /// enough.
+    /// Smallest S.
     const SMALLEST: f64 = 0.05;
+    /// Largest short S, and largest S along y and z, if the slab is wide enough.
     pub(super) const LARGEST_SHORT: f64 = 3.0;
-    /// Layers of a band, unless there are too many bands.
+    /// Layers of a band, unless this gives more than [`MOST_BANDS`](Self::MOST_BANDS).
     const LAYERS: usize = 3;
     const MOST_BANDS: usize = 512;
-    /// While equilibrating, one choice in so many is at random.
+    /// In equilibration one choice in this number is random.
     const EXPLORE: usize = 4;
-    /// What an update leaves of all counts, so that a start far from balance is forgotten.
+    /// Factor on all counts at an update, so that the relaxation of the start is forgotten.
     const MEMORY: f64 = 0.75;
     const FIRST_UPDATE: u64 = 16;
-    /// Trials of each short size that a choice needs.
+    /// Trials of each short candidate that a choice needs.
     const ENOUGH: f64 = 50.0;
 
-    /// S in diameters in slabs whose middle is near `height`, in the sweeps that are not
-    /// [long](Self::long); none where hardly any sphere has been yet.
+    /// S in diameters of slabs whose middle is near `height`, in sweeps that are not
+    /// [long](Self::long). `None` where there were too few trials to choose.
     #[must_use]
     pub fn short(&self, height: f64) -> Option<f64> {
         if self.plan.short.is_empty() || height.is_nan() {
@@ -137,8 +138,8 @@ impl TunedDisplacements {
         self.plan.short[self.band(height)].map(|candidate| self.size(candidate))
     }
 
-    /// S along x in diameters of the sweeps with long displacements, the same at every height; none
-    /// if the slab is too low for such sweeps or nothing is known yet.
+    /// S along x, in diameters, of the sweeps with long displacements, the same at every height.
+    /// `None` if the slab is too low for such sweeps, and before the first choice.
     #[must_use]
     pub fn long(&self) -> Option<f64> {
         self.plan.long.map(|candidate| self.size(candidate))
@@ -185,7 +186,7 @@ impl TunedDisplacements {
     }
 
     /// Cuts the box for a sweep, and chooses the candidates of its slabs. In production neither
-    /// depends on where spheres are.
+    /// depends on the configuration.
     pub(super) fn cut(
         &mut self,
         domains: &mut Domains,
@@ -203,12 +204,12 @@ impl TunedDisplacements {
             self.update();
         }
         self.adapting = adapts;
-        let long = self.long_rung(generator);
+        let long = self.long_candidate(generator);
         let moves = &self.ladder[long.unwrap_or(SHORT - 1)];
         domains.cut(grid, particles, [moves.maximum_displacement(), moves.largest_across()], generator);
         self.candidates.clear();
         self.trials.clear();
-        // One more than this time, since their number varies.
+        // Room for one more, since their number varies.
         self.candidates.reserve(domains.slabs() + 1);
         for slab in 0..domains.slabs() {
             let [first, end] = domains.slab(slab);
@@ -227,8 +228,8 @@ impl TunedDisplacements {
         }
     }
 
-    /// The candidate of all slabs if the sweep is a long one.
-    fn long_rung(&self, generator: &mut Generator) -> Option<usize> {
+    /// The candidate of all slabs if the sweep, by a random draw, is long.
+    fn long_candidate(&self, generator: &mut Generator) -> Option<usize> {
         let candidates = self.ladder.len() - SHORT;
         if candidates == 0 {
             return None;
@@ -244,7 +245,7 @@ impl TunedDisplacements {
         self.adapting && index(generator, Self::EXPLORE) == 0
     }
 
-    /// Whether accepted moves are to be shown to [`learn`](Self::learn).
+    /// Whether accepted moves are to be passed to [`learn`](Self::learn).
     pub(super) fn adapting(&self) -> bool {
         self.adapting
     }
@@ -254,7 +255,7 @@ impl TunedDisplacements {
         &self.ladder[self.candidates[slab]]
     }
 
-    /// Notes the accepted moves of a slab.
+    /// Records the accepted moves of a slab.
     pub(super) fn learn(&mut self, slab: usize, moves: &[AcceptedMove]) {
         let candidate = self.candidates[slab];
         for accepted in moves {
@@ -263,7 +264,7 @@ impl TunedDisplacements {
         }
     }
 
-    /// Ends a sweep that was learnt from.
+    /// Ends a recorded sweep.
     pub(super) fn finish(&mut self) {
         for &(band, candidate, trials) in &self.trials {
             self.counts[band][candidate].trials += trials;
@@ -277,16 +278,16 @@ impl TunedDisplacements {
     }
 
     fn band(&self, height: f64) -> usize {
-        // Heights below the base count as the first, those beyond the lid as the last.
+        // Heights below the base are in the first band, those above the lid in the last.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
         let layer = (height / self.layer_side) as usize;
         (layer / self.layers_per_band).min(self.counts.len() - 1)
     }
 
-    /// Plans anew. Short sizes are those that renew the structure around spheres the soonest, and
-    /// the long one, with its share, that by which the column as a whole sinks the most easily.
-    /// The measure of both is a resistance, a sum over spheres of one over their transport,
-    /// which is the friction that each adds: so it is those that hardly move that count.
+    /// Chooses the best candidates: short ones that renew the structure around spheres the fastest,
+    /// and the long one and its share that let the whole column relax the fastest. Both minimize a
+    /// resistance: the sum over spheres of 1/transport, which is the friction that each adds. So
+    /// the spheres that hardly move count most.
     fn update(&mut self) {
         let kinds: [fn(&Count) -> &Sums; 2] = [|count| &count.near, |count| &count.far];
         let [near, bands] =
@@ -303,7 +304,7 @@ impl TunedDisplacements {
         }
         let known = || bands.iter().zip(&self.plan.short).filter_map(|(band, best)| Some((band, (*best)?)));
         if self.ladder.len() > SHORT && known().next().is_some() {
-            // Some of either in any case.
+            // Long sweeps have a share between 1/8 and 7/8.
             let mixtures = (SHORT..self.ladder.len())
                 .flat_map(|long| (1..8).map(move |eighths| (long, f64::from(eighths) / 8.0)));
             let best = least(mixtures.map(|(long, share)| {
@@ -343,19 +344,19 @@ impl TunedDisplacements {
         archive.value("adapting", &mut self.adapting)?;
         archive.count("sweeps", &mut self.sweeps)?;
         archive.count("next update", &mut self.next_update)?;
-        let rungs = self.ladder.len();
-        archive.check(self.plan.short.iter().flatten().all(|&rung| rung < SHORT))?;
-        archive.check(self.plan.long.is_none_or(|rung| (SHORT..rungs).contains(&rung)))
+        let candidates = self.ladder.len();
+        archive.check(self.plan.short.iter().flatten().all(|&candidate| candidate < SHORT))?;
+        archive.check(self.plan.long.is_none_or(|candidate| (SHORT..candidates).contains(&candidate)))
     }
 }
 
-/// What is known of a band.
+/// Trials and transports of a band.
 struct Band {
     trials: [f64; MOST],
-    /// All trials, which are as the number of spheres.
+    /// All trials: proportional to the number of spheres.
     spheres: f64,
     transports: [f64; MOST],
-    /// Of the transports.
+    /// The largest transport.
     most: f64,
 }
 
@@ -371,14 +372,14 @@ impl Band {
         }
     }
 
-    /// Of its spheres, if their transport were this.
+    /// Resistance of its spheres at this transport.
     fn resistance(&self, transport: f64) -> f64 {
-        // What has not been seen to move at all may move a little.
+        // A candidate without accepted moves gets a small transport.
         if self.most > 0.0 { self.spheres / transport.max(1e-3 * self.most) } else { 0.0 }
     }
 }
 
-/// The choice whose value is least.
+/// The choice with the smallest value.
 fn least<C>(choices: impl Iterator<Item = (C, f64)>) -> Option<C> {
     choices.min_by(|(_, a), (_, b)| a.total_cmp(b)).map(|(choice, _)| choice)
 }

@@ -11,24 +11,25 @@ use crate::random::{Generator, index, unit};
 use nalgebra::Vector3;
 use rand::Rng;
 
-/// Cells that are visited before any other where most trials overlap.
+/// Number of cells searched in preparation where most trials overlap.
 const CROWDED: usize = 4;
 
-/// A branch that must stay one: what comes next does not wait for it if it is guessed.
+/// A separate function keeps the branch, which is predicted, so that later instructions need not
+/// wait.
 #[cold]
 #[inline(never)]
 fn again(pending: &mut u32, stale: u32) {
     *pending |= stale;
 }
 
-/// What the trials of a slab came to.
+/// The results of the trials of a slab.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Outcome {
     pub(super) trials: u64,
     pub(super) accepted: u64,
-    /// Rejected because they would leave their domain.
+    /// Trials rejected because they would leave their domain.
     pub(super) left_domain: u64,
-    /// Filled only if somebody wants to know.
+    /// Filled only if moves are recorded.
     pub(super) moves: Vec<AcceptedMove>,
     /// A height at which the potential is not a number, which ends the visit.
     pub(super) invalid: Option<f64>,
@@ -41,16 +42,16 @@ impl Outcome {
     }
 }
 
-/// Where the spheres of a tile are.
+/// The places of the spheres of a tile.
 #[derive(Debug, Clone, Default)]
 struct Census {
-    /// Those that move.
+    /// Spheres that move.
     moving: Vec<Place>,
-    /// Those of the layers before and after; only if there are several tiles.
+    /// Spheres of the layers before and after; only if there are several tiles.
     looked_at: Vec<Place>,
 }
 
-/// Memory that visits use again: a census of each tile.
+/// Memory that visits reuse: a census of each tile.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Scratch(Vec<Census>);
 
@@ -60,7 +61,7 @@ impl Scratch {
     }
 }
 
-/// What all domains read.
+/// Shared data of all domains.
 pub(super) struct Common<'a, F, T, D> {
     pub(super) scene: &'a Scene<F, T>,
     pub(super) drive: &'a D,
@@ -71,7 +72,8 @@ pub(super) struct Common<'a, F, T, D> {
 }
 
 impl Slice<'_> {
-    /// Makes as many trials in each tile as there are spheres; `generator_of` a tile is its own.
+    /// Makes as many trials in each tile as it has spheres, with the generator that `generator_of`
+    /// gives for the tile.
     pub(super) fn visit<F, T, D: Drive<F, T>>(
         &mut self,
         common: &Common<'_, F, T, D>,
@@ -87,11 +89,11 @@ impl Slice<'_> {
             self.read(common.domains, census);
             let places = &mut census.moving;
             if common.record {
-                // All at once: those that record now and then would otherwise need memory whenever more are
+                // Room for all trials, so that the memory does not grow again when more are
                 // accepted.
                 outcome.moves.reserve(places.len());
             }
-            // Where most trials overlap, most of them are settled sooner.
+            // Where most trials overlap, most of them are decided in preparation.
             if 10 * places.len() > 3 * cells {
                 self.try_all::<F, T, D, CROWDED>(common, tile, generator, outcome, places);
             } else if !places.is_empty() {
@@ -103,7 +105,7 @@ impl Slice<'_> {
         }
     }
 
-    /// The trials, of which those in a batch visit `EARLY` cells before any other.
+    /// Makes the trials of a tile. Batches search `EARLY` cells in preparation.
     fn try_all<F, T, D: Drive<F, T>, const EARLY: usize>(
         &mut self,
         common: &Common<'_, F, T, D>,
@@ -131,7 +133,7 @@ impl Slice<'_> {
         while left > 0 {
             let batch = left.min(BATCH);
             left -= batch;
-            // Those beyond the last are drawn too, and forgotten.
+            // The last batch is drawn in full; the surplus is not used.
             for trial in 0..BATCH {
                 trials.random[0][trial] = generator.next_u64();
                 trials.random[1][trial] = generator.next_u64();
@@ -140,8 +142,8 @@ impl Slice<'_> {
             }
             trials.prepare::<EARLY>(&rules, self, places);
             targets.follow(&trials);
-            // Only those that may be accepted: which is hardly predictable, but for a batch costs one wrong
-            // guess.
+            // Only trials that may be accepted. This is hardly predictable, but costs one wrong
+            // guess per batch.
             let all = !(u32::MAX << batch);
             let mut leaving = trials.leaving() & all;
             let mut pending = if EARLY == CROWDED { trials.pending() & all } else { all };
@@ -149,7 +151,7 @@ impl Slice<'_> {
                 let number = pending.trailing_zeros() as usize;
                 pending &= pending - 1;
                 let trial = if targets.is_stale(number) {
-                    // The outcome must be that of one trial after the other.
+                    // The result must be that of sequential trials.
                     let mut again = trials.alone(number);
                     again.prepare::<EARLY>(&rules, self, places);
                     leaving = leaving & !(1 << number) | again.leaving() << number;
@@ -168,14 +170,14 @@ impl Slice<'_> {
                 if exponent.is_nan() {
                     let fails_at = |height: f64| !drive.reduced_potential(scene, height).is_finite();
                     outcome.invalid = Some(if fails_at(from_height) { from_height } else { height });
-                    // Those after it were not tried.
+                    // The trials after it are not made.
                     outcome.trials += number as u64 + 1;
                     outcome.left_domain += u64::from((leaving & !(u32::MAX << number)).count_ones());
                     return;
                 }
                 if exponent < 0.0 {
                     let threshold = unit(generator);
-                    // exp(v) is at least 1 + v, which mostly decides.
+                    // exp(v) ≥ 1 + v decides most cases.
                     if threshold >= 1.0 + exponent && threshold >= libm::exp(exponent) {
                         continue;
                     }
@@ -184,7 +186,8 @@ impl Slice<'_> {
                 if place.layer as usize == local && own.cell == site.cell {
                     self.layers[local].shift(grid, place.index, &site);
                 } else {
-                    // Into another cell of the layer or of another layer: which cannot be predicted.
+                    // One path for another cell of the same or of another layer, because the case
+                    // is not predictable.
                     let number = self.layers[place.layer as usize].remove(grid, place.index);
                     let index = self.layers[local].insert(grid, &site, number);
                     #[allow(clippy::cast_possible_truncation)]
@@ -226,7 +229,7 @@ impl Slice<'_> {
                 if !moving {
                     continue;
                 }
-                // Written without a branch, and overwritten where there is a gap.
+                // Written without a branch; the place of a gap is overwritten.
                 let places = &mut tiles[0].moving;
                 let mut listed = places.len();
                 places.resize(listed + layer.spheres.len(), Place::default());
@@ -247,9 +250,8 @@ impl Slice<'_> {
         }
     }
 
-    /// Reads what the trials of a tile are going to need: in the order of memory, or at least with
-    /// no need to wait for one thing before the next, and not at random, where the processor
-    /// would wait each time.
+    /// Reads the data of a tile in advance, so that random accesses by the trials find them in the
+    /// cache. Here the processor need not wait for one read before the next.
     fn read(&self, domains: &Domains, census: &Census) {
         let mut read = 0;
         if domains.tiles() == 1 {

@@ -20,8 +20,8 @@ pub(crate) struct Collisions {
     sums: Vec<[f64; 2]>,
 }
 
-/// Means over blocks: numbers of spheres, paths, sums of separations, and paths times each term of a
-/// [`Series`] at the packing fraction of the block.
+/// Means over blocks: numbers of spheres, paths, sums of separations, and paths times each term of
+/// a [`Series`] at the packing fraction of the block.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Means<'a> {
     pub(super) counts: &'a [f64],
@@ -186,8 +186,9 @@ impl<'a> Means<'a> {
             let eta = self.terms[bin] / self.paths[bin];
             // The packing fraction, approximately, from the mean x of the first term η/(1 − η)³.
             let factor = rough.compressibility_factor(eta.min(0.5) / (1.0 + 3.0 * eta.min(0.5)));
-            // The sum of separations has the mean (Z − 1) times the path. Its variance grows with the
-            // density, since neighbors stay the same longer in a dense fluid; measured: as η Z².
+            // The sum of separations has the mean (Z − 1) times the path. Its variance grows with
+            // the density, since neighbors stay the same longer in a dense fluid; measured: as η
+            // Z².
             let variance = self.paths[bin] * eta * factor * factor;
             equations.add(&row[..terms], self.transfers[bin], 1.0 / variance);
         }

@@ -220,6 +220,25 @@ impl MeasuredEquationOfState {
 ///
 /// Packing fractions must be between 0 and [the highest
 /// measured](MeasuredEquationOfState::highest_packing_fraction).
+///
+/// ```
+/// use gradient_mc::EquationOfState;
+/// use gradient_mc::observers::EquationOfStateFit;
+/// use gradient_mc::{Scene, Simulation, Slab, field::UniformField, temperature::Isothermal};
+/// let scene = Scene::new(Slab::new(60.0, 4.0, 4.0)?, 160, UniformField::default(), Isothermal::new(5.0)?)?;
+/// let mut simulation = Simulation::builder(scene).seed(1).build()?;
+/// let mut fit = EquationOfStateFit::new(&scene)?;
+/// simulation.equilibrate(200, &mut ())?;
+/// simulation.run(1024, &mut fit)?;
+/// let measured = fit.result()?;
+/// let curve = measured.combined();
+/// let factor = curve.compressibility_factor_at(&[0.1])?[0];
+/// // Z = 1.522 by the modified Kolafa equation.
+/// assert!(factor.deviation_from(1.522).abs() < 4.0 && factor.standard_error < 0.1, "{factor}");
+/// // Without errors it is an equation of state like any other.
+/// assert!((curve.compressibility_factor(0.1) - factor.mean).abs() < 1e-9);
+/// # Ok::<(), gradient_mc::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy)]
 pub struct EquationOfStateCurve<'a> {
     measured: &'a MeasuredEquationOfState,

@@ -29,8 +29,8 @@ impl InForce for Weight {
     }
 }
 
-/// Z by ranks at η = 0.02 of so many ideal particles whose heights are drawn from what the field
-/// demands; pressures are taken for those of `extra` more spheres.
+/// Z by ranks at η = 0.02 of `particles` ideal particles with heights from the distribution in the
+/// field; pressures are computed for `extra` more spheres.
 fn ideal_gas_by_ranks(particles: usize, extra: f64) -> crate::statistics::Estimate {
     let mut scene = test_frame::Scene::new(400.0, &[]);
     let mut ranks = Ranks::new(particles);
@@ -61,7 +61,7 @@ fn ranks_of_an_ideal_gas_are_exact_for_any_number() {
         assert!(factor.deviation_from(1.0).abs() < 4.0, "{particles}: {factor}");
         assert!(factor.standard_error < cap, "{particles}: {factor}");
     }
-    // If the sphere below a gap weighed on it, they were not.
+    // They are wrong if the sphere below a gap is included in the weight.
     let wrong = ideal_gas_by_ranks(20, 1.0);
     assert!(wrong.deviation_from(1.0).abs() > 4.0, "{wrong}");
 }
@@ -97,12 +97,12 @@ fn ranks_at_the_heights_of_an_equation_of_state_give_it_back() {
     }
 }
 
-/// Collisions over path, less 1, of two spheres under lateral chains in a weightless box, with its
-/// error and what it is.
+/// Z − 1 of two spheres from lateral chains in a box without a field: the estimate and the exact
+/// value.
 ///
-/// With h the height that centers can have, the configurational integral is an average over both
-/// heights of L²W² − LW a(x), where a = π(1 − x²) for centers closer than a diameter in height, and
-/// N Z of lateral pressure is its logarithmic derivative by L.
+/// The configurational integral is an average over both heights of L²W² − LW a(x), where a = π(1 −
+/// x²) for centers closer than a diameter in height. N Z of the lateral pressure is its logarithmic
+/// derivative by L.
 #[test]
 fn collisions_of_two_spheres_are_exact() {
     let (height, width) = (3.0, 3.0);

@@ -1,14 +1,22 @@
-//! What can be wrong with a frame of a trajectory.
+//! Errors of reading a frame of a trajectory.
 
 use std::io;
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Why a frame of a trajectory cannot be read, or cannot be started from.
+/// The reason why a frame of a trajectory cannot be read, or cannot be a start.
+///
+/// ```
+/// use gradient_mc::start::{TrajectoryError, TrajectoryFrame};
+/// // The text of a file with one sphere too few.
+/// let text = "2\nLattice=\"6 0 0 0 3 0 0 0 3\"\nX 0.5 1 1\n";
+/// let error = TrajectoryFrame::read(std::io::Cursor::new(text), None);
+/// assert!(matches!(error, Err(TrajectoryError::CutOff { frame: 0, .. })));
+/// ```
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum TrajectoryError {
-    /// What is wrong with a file.
+    /// An error in a file.
     #[error("{}: {source}", path.display())]
     #[non_exhaustive]
     File {
@@ -18,10 +26,10 @@ pub enum TrajectoryError {
         #[source]
         source: Box<TrajectoryError>,
     },
-    /// The system does not give it.
+    /// The operating system cannot read it.
     #[error(transparent)]
     Unreadable(#[from] io::Error),
-    /// Something is not as it must be.
+    /// The content is not valid.
     #[error("{place}: {what}")]
     #[non_exhaustive]
     Malformed {
@@ -30,12 +38,12 @@ pub enum TrajectoryError {
         /// What is wrong.
         what: String,
     },
-    /// A frame ends before all of its spheres, as where a program was killed while it wrote.
+    /// A frame ends too early, for example because a program was killed while writing.
     #[error(
         "frame {frame} is cut off: {remedy}",
         remedy = match frame.checked_sub(1) {
-            Some(before) => format!("take frame {before}, the last that is whole, by `TrajectoryFrame::nth`"),
-            None => "there is no whole frame".to_owned(),
+            Some(before) => format!("use frame {before}, the last complete one, with `TrajectoryFrame::nth`"),
+            None => "there is no complete frame".to_owned(),
         }
     )]
     #[non_exhaustive]
@@ -43,27 +51,27 @@ pub enum TrajectoryError {
         /// Its number, from 0.
         frame: u64,
     },
-    /// There are not as many frames.
-    #[error("there are {frames} frames, and none of number {number} (the first is 0)")]
+    /// There is no frame with this number.
+    #[error("there is no frame {number}: the file has {frames} frames, numbered from 0")]
     #[non_exhaustive]
     NoSuchFrame {
-        /// The one that was asked for; 0 if the last was.
+        /// Number of the requested frame; 0 if the last was requested.
         number: u64,
-        /// Whole frames that there are.
+        /// Number of complete frames.
         frames: u64,
     },
-    /// The frame is of another slab than the scene.
+    /// The frame has another slab than the scene.
     #[error(
-        "the frame is of a {what} of {stored}, and the scene has {given}: take a scene like it, or start from \
-         `Positions` of the frame"
+        "the {what} of the frame is {stored}, and that of the scene {given}: use a scene with the same slab, or \
+         start from `Positions` of the frame"
     )]
     #[non_exhaustive]
     AnotherSlab {
-        /// A length of the slab.
+        /// Name of the length that differs.
         what: &'static str,
-        /// That of the frame, in diameters.
+        /// Its value in the frame, in diameters.
         stored: f64,
-        /// That of the scene.
+        /// Its value in the scene, in diameters.
         given: f64,
     },
 }

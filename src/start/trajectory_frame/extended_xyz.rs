@@ -1,28 +1,28 @@
-//! Frames of extended XYZ.
+//! Reads frames of extended XYZ.
 
 use super::{Extents, TrajectoryError, TrajectoryFrame};
 use nalgebra::Vector3;
 use std::io::{BufRead as _, BufReader, Read, Seek, SeekFrom};
 use std::str::FromStr;
 
-/// Lines are no longer.
+/// Longest line, in bytes.
 const LONGEST: u64 = 1 << 16;
 
 /// Lines with their numbers.
 struct Lines<R> {
     reader: BufReader<R>,
     line: Vec<u8>,
-    /// Of the line that was read last, from 1.
+    /// Number of the last line read, from 1.
     number: u64,
-    /// Where it ends.
+    /// Position of its end in the file.
     place: u64,
-    /// Of the frame that is being read.
+    /// Number of the current frame.
     frame: u64,
 }
 
 impl<R: Read> Lines<R> {
-    /// The next line, if there is one, which must have its end: else it may be cut off within a
-    /// number.
+    /// The next line, if there is one. It must end with a newline; otherwise it may be cut off
+    /// within a number.
     fn next(&mut self) -> Result<Option<&str>, TrajectoryError> {
         self.line.clear();
         let length = self.reader.by_ref().take(LONGEST).read_until(b'\n', &mut self.line)?;
@@ -33,18 +33,18 @@ impl<R: Read> Lines<R> {
         }
         if self.line.last() != Some(&b'\n') {
             return Err(if length as u64 == LONGEST {
-                self.malformed("the line is too long: this is no trajectory")
+                self.malformed("the line is too long: this is not a trajectory")
             } else {
                 TrajectoryError::CutOff { frame: self.frame }
             });
         }
         match std::str::from_utf8(&self.line) {
             Ok(line) => Ok(Some(line.trim())),
-            Err(_) => Err(self.malformed("this is no text")),
+            Err(_) => Err(self.malformed("this is not text")),
         }
     }
 
-    /// The next line of a frame that has begun.
+    /// The next line of the current frame.
     fn within(&mut self) -> Result<&str, TrajectoryError> {
         let frame = self.frame;
         self.next()?.ok_or(TrajectoryError::CutOff { frame })
@@ -54,7 +54,7 @@ impl<R: Read> Lines<R> {
     fn begin(&mut self) -> Result<Option<u32>, TrajectoryError> {
         loop {
             let Some(line) = self.next()? else { return Ok(None) };
-            // At the end of some files.
+            // Some files end with empty lines.
             if line.is_empty() {
                 continue;
             }
@@ -112,7 +112,7 @@ pub(super) fn read(
     }
 }
 
-/// What the second line of a frame says.
+/// The content of the second line of a frame.
 struct Comment {
     sweep: Option<u64>,
     extents: [f64; 3],
@@ -127,8 +127,9 @@ impl Comment {
                 "Lattice" => lattice = Some(value),
                 "Properties" => columns = Columns::of(value)?,
                 "sweep" => {
-                    sweep =
-                        Some(value.parse().map_err(|_| format!("sweep={value} is no number of a sweep"))?);
+                    sweep = Some(
+                        value.parse().map_err(|_| format!("sweep={value} is not the number of a sweep"))?,
+                    );
                 }
                 "Origin" if numbers::<3>(value)? != [0.0; 3] => {
                     return Err("Origin must be 0 0 0, the corner of the slab at its base".into());
@@ -136,7 +137,7 @@ impl Comment {
                 _ => {}
             }
         }
-        let lattice = lattice.ok_or("there is no Lattice: this is no extended XYZ")?;
+        let lattice = lattice.ok_or("there is no Lattice: this is not extended XYZ")?;
         let [height, a, b, c, width_y, d, e, f, width_z] = numbers(lattice)?;
         if [a, b, c, d, e, f].iter().any(|&cell| cell != 0.0) {
             return Err(format!("Lattice=\"{lattice}\" must be a box along the axes"));
@@ -145,7 +146,7 @@ impl Comment {
     }
 }
 
-/// Keys and values, which may stand in quotation marks; words without a value have an empty one.
+/// Keys and values. Values may be in quotation marks; a word without a value has an empty one.
 fn pairs(line: &str) -> impl Iterator<Item = (&str, &str)> {
     let mut rest = line;
     std::iter::from_fn(move || {
@@ -169,7 +170,7 @@ fn pairs(line: &str) -> impl Iterator<Item = (&str, &str)> {
     })
 }
 
-/// Which columns matter: x, and the radius if there is one.
+/// The columns that are read: that of x, and that of the radius if there is one.
 #[derive(Clone, Copy)]
 struct Columns {
     position: usize,
@@ -177,7 +178,7 @@ struct Columns {
     count: usize,
 }
 
-/// Of XYZ that does not tell.
+/// Columns if `Properties` is missing.
 impl Default for Columns {
     fn default() -> Self {
         Self { position: 1, radius: None, count: 4 }
@@ -185,7 +186,7 @@ impl Default for Columns {
 }
 
 impl Columns {
-    /// What `name:type:number`, once or more, says.
+    /// Columns by `name:type:number`, repeated.
     fn of(properties: &str) -> Result<Self, String> {
         let parts: Vec<&str> = properties.split(':').collect();
         let (mut position, mut radius, mut count) = (None, None, 0_usize);
@@ -241,6 +242,6 @@ fn numbers<const COUNT: usize>(value: &str) -> Result<[f64; COUNT], String> {
 fn number(cell: &str) -> Result<f64, String> {
     match cell.parse() {
         Ok(number) if f64::is_finite(number) => Ok(number),
-        _ => Err(format!("\"{cell}\" is no finite number")),
+        _ => Err(format!("\"{cell}\" is not a finite number")),
     }
 }

@@ -1,4 +1,4 @@
-//! Frames of GSD.
+//! Reads frames of GSD.
 
 use super::{Extents, TrajectoryError, TrajectoryFrame};
 use crate::gsd::{
@@ -8,10 +8,10 @@ use crate::gsd::{
 use nalgebra::Vector3;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 
-/// Those that are looked for.
+/// The chunks that are read.
 const CHUNKS: [Chunk; 7] = [STEP, POSITION, EXACT_POSITION, BOX, PARTICLES, DIAMETER, SLAB];
 
-/// Where the chunks of a frame are, if it has them.
+/// The places of the chunks of a frame, if it has them.
 type Places = [Option<Entry>; CHUNKS.len()];
 
 struct Reader<R> {
@@ -32,9 +32,9 @@ pub(super) fn read(
 }
 
 impl<R: Read + Seek> Reader<R> {
-    /// So many bytes of the file.
+    /// Reads `length` bytes of the file.
     fn bytes(&mut self, what: &str, place: u64, length: u64) -> Result<Vec<u8>, TrajectoryError> {
-        // Before any memory is taken.
+        // Checked before memory is allocated.
         if place.checked_add(length).is_none_or(|end| end > self.length) {
             return Err(malformed(what, "it lies beyond the end of the file, which is cut off or damaged"));
         }
@@ -52,15 +52,16 @@ impl<R: Read + Seek> Reader<R> {
         let header = self.bytes("header", 0, HEADER as u64)?;
         let version = short(&header, 44);
         if version >> 16 != 2 {
-            let what = format!("version {}.{} of GSD is not read, only 2.x", version >> 16, version & 0xffff);
+            let what =
+                format!("version {}.{} of GSD is not supported, only 2.x", version >> 16, version & 0xffff);
             return Err(malformed("header", what));
         }
         if !header[112..].starts_with(SCHEMA) || header[112 + SCHEMA.len()] != 0 {
-            return Err(malformed("header", "the schema is not hoomd: the file holds something else"));
+            return Err(malformed("header", "the schema is not hoomd"));
         }
         let [index, room, names, names_length] = [8, 16, 24, 32].map(|place| long(&header, place));
         let names = self.bytes("list of names", names, names_length.saturating_mul(NAME as u64))?;
-        // The number of the chunk in `CHUNKS`, by that in the file.
+        // For each name in the file, its index in `CHUNKS`.
         let names: Vec<Option<usize>> = names
             .split(|&byte| byte == 0)
             .take_while(|name| !name.is_empty())
@@ -70,7 +71,7 @@ impl<R: Read + Seek> Reader<R> {
         self.gather(number, |place| found[place].or(first[place]))
     }
 
-    /// Where the chunks of the first frame are, and those of the frame of a number, or of the last.
+    /// The places of the chunks of the first frame, and of the frame `number` or the last.
     fn find(
         &mut self,
         index: u64,
@@ -131,7 +132,7 @@ impl<R: Read + Seek> Reader<R> {
         frame: u64,
         found: impl Fn(usize) -> Option<Entry>,
     ) -> Result<TrajectoryFrame, TrajectoryError> {
-        // The numbers of a chunk, as `rows` of them, if it is there.
+        // The bytes of a chunk with this number of rows, if it exists.
         let mut chunk = |chunk: Chunk, rows: u64| -> Result<Option<Vec<u8>>, TrajectoryError> {
             let place = CHUNKS.iter().position(|other| *other == chunk);
             let Some(entry) = place.and_then(&found) else { return Ok(None) };
@@ -143,7 +144,7 @@ impl<R: Read + Seek> Reader<R> {
                 );
                 return Err(malformed(&what, message));
             }
-            // Of a number of rows that fits 32 bits.
+            // No overflow, because the number of rows fits 32 bits.
             let length = rows * u64::from(chunk.columns) * chunk.element.bytes();
             self.bytes(&what, entry.location, length).map(Some)
         };
@@ -169,7 +170,7 @@ impl<R: Read + Seek> Reader<R> {
             let inside = |center: &Vector3<f64>| {
                 center.iter().zip(sides).all(|(center, side)| center.abs() <= 0.5 * f64::from(side))
             };
-            // What is not a number is nowhere.
+            // NaN is outside, too.
             return match positions.iter().position(|center| !inside(center)) {
                 Some(sphere) => Err(malformed(&place, format!("sphere {sphere} is outside the box"))),
                 None => Ok(TrajectoryFrame { sweep, extents: Extents::Box(sides), positions }),
@@ -180,7 +181,7 @@ impl<R: Read + Seek> Reader<R> {
             let coordinates = exact.iter().zip(rounded).zip(slab.into_iter().zip(sides));
             coordinates.into_iter().all(|((&exact, rounded), (extent, side))| {
                 let difference = (rounded - centered(exact, extent)).abs();
-                // At the end of a period others may round to either side. What is not a number
+                // At the end of a period other programs may round to either side. NaN always
                 // differs.
                 difference.min((difference - side).abs()) <= f32::EPSILON * side
             })
@@ -189,7 +190,7 @@ impl<R: Read + Seek> Reader<R> {
         match positions.iter().zip(rounded).position(|both| !same(both)) {
             Some(sphere) => {
                 let message = format!(
-                    "{} and {} of sphere {sphere} differ: leave out the former if you have changed the latter",
+                    "{} and {} of sphere {sphere} differ: remove the former if you changed the latter",
                     EXACT_POSITION.name, POSITION.name
                 );
                 Err(malformed(&place, message))

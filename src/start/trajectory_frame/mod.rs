@@ -1,6 +1,6 @@
 //! A start from a frame of a trajectory.
 
-// What a file says of units and of the box is exact, or wrong.
+// Units and the box of a file must match exactly.
 #![allow(clippy::float_cmp)]
 
 mod error;
@@ -18,24 +18,24 @@ use std::fs::File;
 use std::io::{Read, Seek};
 use std::path::Path;
 
-/// A frame of a trajectory, as [`ExtendedXyz`](crate::observers::ExtendedXyz) or
-/// [`Gsd`](crate::observers::Gsd) write it, or another program. The format is found out from the
-/// first bytes.
+/// A frame of a trajectory of [`ExtendedXyz`](crate::observers::ExtendedXyz),
+/// [`Gsd`](crate::observers::Gsd) or another program. The format is detected from the first bytes.
 ///
-/// The scene has to have the slab and the number of spheres of the frame; to start in another slab,
-/// take [`Positions`](super::Positions) of [`positions`](Self::positions). Overlaps and spheres
+/// The scene must have the slab and the number of spheres of the frame. To start in another slab,
+/// use [`Positions`](super::Positions) with [`positions`](Self::positions). Overlaps and spheres
 /// outside the slab are errors of [`build`](crate::SimulationBuilder::build).
 ///
-/// What is tuned, and a field that is measured, are no part of a trajectory: equilibrate anew, with
-/// another seed. To go on with a run as if it had not been stopped, take a checkpoint.
+/// A trajectory does not contain tuned parameters or a measured field, so equilibrate again, with
+/// another seed. To continue a run as if it had not been stopped, use a checkpoint.
 ///
 /// # Precision
 /// Frames of both observers are exact: the simulation starts from the same bits.
 ///
-/// GSD of other programs has single precision only, 10⁻⁵ in a slab of 400 diameters, and spheres
-/// that touch may overlap by as much, which is refused. Have them write their centers in the
-/// coordinates of the slab as `log/particles/exact_position`, an array of doubles, or extended XYZ
-/// with all digits. Without exact positions the middle of the box is taken for that of the slab.
+/// GSD of other programs has single precision, 10⁻⁵ in a slab of 400 diameters. Spheres in contact
+/// may then overlap by as much, which is an error. Let these programs also write the centers in the
+/// coordinates of the slab as `log/particles/exact_position`, an array of doubles, or write
+/// extended XYZ with all digits. Without exact positions the middle of the box is taken as that of
+/// the slab.
 ///
 /// ```
 /// use gradient_mc::observers::ExtendedXyz;
@@ -47,7 +47,7 @@ use std::path::Path;
 /// let mut trajectory = Every::new(10, ExtendedXyz::new(std::fs::File::create(&path)?));
 /// let mut simulation = Simulation::builder(scene).build()?;
 /// simulation.run(100, &mut trajectory)?;
-/// // Another day.
+/// // In a later program:
 /// let start = TrajectoryFrame::last(&path)?;
 /// assert_eq!(start.sweep(), Some(100));
 /// let again = Simulation::builder(scene).start(start).seed(1).build()?;
@@ -65,9 +65,9 @@ pub struct TrajectoryFrame {
 /// Height and widths.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Extents {
-    /// Of the slab.
+    /// Extents of the slab.
     Slab([f64; 3]),
-    /// Of a box in single precision, in whose middle the slab is.
+    /// Extents in single precision of a box that has the slab in its middle.
     Box([f32; 3]),
 }
 
@@ -80,7 +80,7 @@ impl TrajectoryFrame {
         Self::of_file(path.as_ref(), None)
     }
 
-    /// The frame of a number, counted from 0.
+    /// The frame with this number, counted from 0.
     ///
     /// # Errors
     /// [`TrajectoryError::File`], with the path and what is wrong.
@@ -95,11 +95,11 @@ impl TrajectoryFrame {
             .map_err(|source| TrajectoryError::File { path: path.into(), source: source.into() })
     }
 
-    /// The frame of a number, or the last, of whatever can be read. Takes at most 100 kB and ten
-    /// times as much memory as there is to be read.
+    /// The frame with this number, or the last one, from any reader. It needs at most 100 kB of
+    /// memory plus ten times the size of the data.
     ///
     /// # Errors
-    /// [`TrajectoryError`] says what is wrong, and where.
+    /// [`TrajectoryError`], with the place in the file.
     pub fn read(mut source: impl Read + Seek, number: Option<u64>) -> Result<Self, TrajectoryError> {
         let mut beginning = Vec::new();
         source.by_ref().take(8).read_to_end(&mut beginning)?;
@@ -111,7 +111,7 @@ impl TrajectoryFrame {
         }
     }
 
-    /// Number of the sweep after which it was written, if it is told.
+    /// Number of the sweep after which the frame was written, if the file has it.
     #[must_use]
     pub fn sweep(&self) -> Option<u64> {
         self.sweep
@@ -123,7 +123,7 @@ impl TrajectoryFrame {
         &self.positions
     }
 
-    /// Fails unless the frame is of a slab like this.
+    /// Fails unless the frame has these extents of the slab.
     fn require_slab(&self, given: [f64; 3]) -> Result<(), TrajectoryError> {
         for (axis, what) in ["height", "width along y", "width along z"].into_iter().enumerate() {
             let given = given[axis];
@@ -156,7 +156,8 @@ impl Start for TrajectoryFrame {
         if matches!(self.extents, Extents::Slab(_)) {
             return Ok(self.positions.clone());
         }
-        // From the middle of the box; rounding may have put them a little beyond its ends.
+        // From the middle of the box to the corner of the slab. Rounding may have put positions
+        // slightly outside.
         let placed = self.positions.iter().map(|center| {
             let [x, y, z] = [0, 1, 2].map(|axis| center[axis] + 0.5 * extents[axis]);
             Vector3::new(x, wrap(y, width_y), wrap(z, width_z))

@@ -2,9 +2,10 @@
 //! long runs.
 //!
 //! Every replica of a column of 10 spheres per d² starts in equilibrium, from an independent run.
-//! Its results and warnings are recorded after 200, 1000 and 5000 sweeps of production. The reference ("truth") is the mean of all replicas of a scene at the longest
-//! production, over all families of moves, with the error from their scatter. For each length the
-//! root mean square of (value − truth)/error is printed, over the replicas without a warning about
+//! Its results and warnings are recorded after 200, 1000 and 5000 sweeps of production. The
+//! reference ("truth") is the mean of all replicas of a scene at the longest production, over all
+//! families of moves, with the error from their scatter. For each length the root
+//! mean square of (value − truth)/error is printed, over the replicas without a warning about
 //! sampling (in brackets: over all). The mean over all quantities should be within 0.8 to 1.25. If
 //! all quantities are in this range for all replicas, at most one replica in ten should have a
 //! warning.

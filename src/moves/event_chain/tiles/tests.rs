@@ -1,5 +1,4 @@
-//! Chains in tiles leave the distribution as it is, however small the tiles are; wrong rules do
-//! not.
+//! Chains in tiles of any size keep the distribution; wrong rules do not.
 
 use super::*;
 use crate::centers::Centers;
@@ -17,7 +16,7 @@ use crate::temperature::Isothermal;
 use crate::{Scene, Slab};
 use rand::SeedableRng;
 
-/// Tiles that are as small as they can be: most of their spheres touch frozen ones.
+/// The smallest tiles: most of their spheres touch frozen ones.
 const SMALL: Sizes = Sizes { spheres: 0.0, least: [0.45, 0.45], together: 2 };
 /// The whole base is one tile.
 const NONE: Sizes = Sizes { spheres: f64::INFINITY, ..SMALL };
@@ -88,7 +87,7 @@ impl<F: Field> Column<F> {
     }
 }
 
-/// Standard errors between an estimate and an exact value; their size is capped.
+/// Deviation of an estimate from an exact value, in standard errors, which are at most `cap`.
 fn deviation(what: &str, estimate: Estimate, exact: f64, cap: f64) -> f64 {
     let deviation = estimate.deviation_from(exact);
     println!("{what}: {estimate} against {exact}, {deviation:.1} sigma, cap {cap}");
@@ -124,14 +123,15 @@ fn one_sphere_in_many_tiles_follows_the_barometric_law() {
         for (estimate, expected) in moments.estimates().unwrap().into_iter().zip(expected) {
             assert!(deviation("moment", estimate, expected, 0.03 * expected).abs() < 4.0);
         }
-        // Every place across is as good as any other.
+        // All places across are equally likely.
         for times in across {
             assert!((f64::from(times) / f64::from(sweeps) - 0.5).abs() < 0.05, "{across:?}");
         }
     }
 }
 
-/// Mean height, difference in height and nearness of two spheres in tiles, each with what is exact.
+/// Mean height, difference in height and probability of near contact of two spheres in tiles, each
+/// with its exact value.
 fn two_spheres(rule: FieldEvent, frozen: Frozen, sweeps: u64) -> [(Estimate, f64); 3] {
     let (height, temperature) = (6.0, 3.0);
     let field = ExponentialField::new(0.3).unwrap();
@@ -165,7 +165,7 @@ fn two_spheres_tell_what_a_frozen_sphere_must_do() {
         assert!(deviation("difference", difference.0, difference.1, 0.01).abs() < 4.0);
         assert!(deviation("near contact", near.0, near.1, 0.04 * near.1).abs() < 4.0);
     }
-    // Where a chain ends at a frozen sphere, the two stay near each other.
+    // If chains end at frozen spheres, the two stay near each other.
     let [_, difference, near] = two_spheres(FieldEvent::Relocate, Frozen::Ends, 600_000);
     assert!(deviation("difference", difference.0, difference.1, 0.02) < -4.0);
     assert!(deviation("near contact", near.0, near.1, 0.005) > 4.0);
@@ -225,7 +225,8 @@ fn a_column_in_small_tiles_agrees_with_one_in_none() {
     assert!(deviation("contact", found[0], 96.0 / 30.0 / 3.0, 0.05).abs() < 4.0);
     let found = deviations(&found);
     assert!(found.iter().all(|deviation| deviation.abs() < 4.0), "{found:?} sigma");
-    // A chain that ends at a frozen sphere leaves the base too full, and the center of mass too low.
+    // A chain that ends at a frozen sphere leaves the base too full, and the center of mass too
+    // low.
     let wrong = deviations(&observe(SMALL, Frozen::Ends, SWEEPS / 2));
     assert!(wrong[1] < -4.0, "{wrong:?} sigma");
 }

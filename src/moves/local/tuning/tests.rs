@@ -1,4 +1,4 @@
-//! Balance where S differs from slab to slab, and what tuning is for.
+//! Balance where S differs from slab to slab, and the gain by tuning.
 
 use super::super::Sizes;
 use super::super::tests::{Column, barometric_deviations, check_contact};
@@ -13,11 +13,11 @@ use std::cell::Cell;
 const TEMPERATURE: f64 = 3.0;
 const RANGE: f64 = 24.0;
 
-/// One sphere, and a plan whose S is small and large by turns.
+/// One sphere, and a plan whose S alternates between small and large.
 fn one_sphere() -> Column {
     let extents = [RANGE + 1.0, 6.0, 6.0];
     let mut column = Column::new(extents, TEMPERATURE, &[[1.0, 1.0, 1.0]], LocalMoves::tuned());
-    // Slabs of some four diameters, which many trials would leave.
+    // Slabs of about four diameters, which many trials would leave.
     column.engine.domains = Domains::new(Sizes { thickness: 1.2, width: 1.2, least: 0, most: 0.0 });
     column.sweep();
     let tuning = column.engine.tuning.as_mut().unwrap();
@@ -54,8 +54,8 @@ fn one_sphere_in_slabs_of_different_sizes_follows_the_barometric_law() {
 
 #[test]
 fn sizes_by_the_height_of_the_sphere_are_noticed() {
-    // The same S at the same heights, but those of the sphere: no trial leaves its domain, and none is
-    // corrected.
+    // S follows the height of the sphere, not the slab. No trial leaves its domain, so none is
+    // rejected for that.
     let plan = one_sphere().engine.tuning.unwrap();
     let mut column = one_sphere();
     column.engine.tuning = None;
@@ -64,20 +64,20 @@ fn sizes_by_the_height_of_the_sphere_are_noticed() {
         let height = column.configuration.positions()[0][0];
         column.engine.moves = LocalMoves::one(plan.short(height).unwrap());
     });
-    // It gathers where its sizes are small, at the base first.
+    // The sphere stays too long where S is small, first of all at the base.
     let deviations = barometric_deviations(&moments, TEMPERATURE, RANGE, 0.1);
     assert!(deviations.iter().all(|deviation| *deviation < -4.0), "{deviations:?} sigma");
 }
 
 #[test]
 fn a_plan_that_follows_the_sphere_is_noticed() {
-    // Slabs as they should be, but their S depends on which of them the sphere is in.
+    // The slabs are right, but their S depends on the position of the sphere.
     let (_, moments) = moments(one_sphere(), |column| {
         let height = column.configuration.positions()[0][0];
         let tuning = column.engine.tuning.as_mut().unwrap();
         tuning.plan.share_of_long = if height < 3.0 { 0.0 } else { 0.9 };
     });
-    // Jumps bring it down, and none takes it up again.
+    // Long jumps take it down, but not up again.
     let deviations = barometric_deviations(&moments, TEMPERATURE, RANGE, 0.04);
     assert!(deviations.iter().all(|deviation| *deviation < -4.0), "{deviations:?} sigma");
 }
@@ -123,7 +123,7 @@ fn any_slab_will_do() {
         }
         assert!(tuned.short(f64::NAN).is_none());
         assert!(tuned.long().is_none_or(|size| size > 2.0 && size <= 0.5 * extents[0]));
-        // No jumps where there is no room.
+        // No long sweeps in a low slab.
         assert!(extents[0] > 6.0 || tuned.long().is_none());
         // Valid positions, or this would fail.
         crate::configuration::Configuration::new(

@@ -53,7 +53,7 @@ impl Arguments {
             Protocol {
                 width: 9.0,
                 replicas: 2,
-                equilibration: sweeps(1500),
+                equilibration: sweeps(3000),
                 sweeps: sweeps(8000),
                 mobility_sweeps: sweeps(4000),
                 paper_sweeps: None,

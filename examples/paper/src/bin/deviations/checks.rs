@@ -91,10 +91,14 @@ fn beyond_local(outcome: &Outcome, verdicts: &mut Verdicts) {
 /// times d ln P/d ln n.
 fn papers_measures(case: &Case, ours: &Analysis, verdicts: &mut Verdicts) {
     let (panel, label) = (case.panel, case.label());
-    let claim =
-        format!("{label}: median of δ (33) in bins of 0.1 d over its standard error; 0.67 for pure noise");
-    let median = ours.median(|point| point.deviation / point.deviation_error);
-    verdicts.between(panel, &claim, exact(median), 0.45, 0.9);
+    // Crystals differ from run to run, and the surface above them is shifted as a whole.
+    if case.front().is_none() {
+        let claim = format!(
+            "{label}: median of δ (33) in bins of 0.1 d over its standard error; 0.67 for pure noise"
+        );
+        let median = ours.median(|point| point.deviation / point.deviation_error);
+        verdicts.between(panel, &claim, exact(median), 0.45, 0.9);
+    }
     let claim = format!("{label}: number of these bins where δ is above 2 % by more than four of its errors");
     let count = ours.significantly_above(LINE, SIGMAS);
     verdicts.at_most(panel, &claim, exact(count as f64), 0.0);

@@ -171,25 +171,26 @@ impl BlockAverages {
     /// The function writes `components` values. What is not half of a complete block is given
     /// twice.
     pub(crate) fn of_halves(&self, components: usize, function: impl Fn([&[f64]; 2], &mut [f64])) -> Self {
-        // Sums of the values over two halves with this number of observations each.
-        let block = |halves: [&[f64]; 2], observations: f64| {
+        // The values of two halves that are sums over this number of observations each.
+        let values = |halves: [&[f64]; 2], observations: f64| {
             let [first, second] =
                 halves.map(|sums| sums.iter().map(|sum| sum / observations).collect::<Vec<_>>());
             let mut values = vec![0.0; components];
             function([&first, &second], &mut values);
-            values.into_iter().map(move |value| 2.0 * observations * value)
+            values
         };
         let length = self.block_length as f64;
         let blocks = |sums: &[f64]| -> Vec<f64> {
             let halves = sums.chunks_exact(2 * self.components).map(|both| both.split_at(self.components));
-            halves.flat_map(|(first, second)| block([first, second], length)).collect()
+            let values = halves.flat_map(|(first, second)| values([first, second], length));
+            values.map(|value| 2.0 * length * value).collect()
         };
         let rest = |sums: &[f64], observations: u64| -> Vec<f64> {
             if observations == 0 {
                 return vec![0.0; components];
             }
-            let half: Vec<f64> = sums.iter().map(|sum| 0.5 * sum).collect();
-            block([&half, &half], 0.5 * observations as f64).collect()
+            let observations = observations as f64;
+            values([sums, sums], observations).into_iter().map(|value| observations * value).collect()
         };
         let mut coarse = self.clone();
         coarse.coarsen();

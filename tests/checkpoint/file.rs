@@ -65,7 +65,7 @@ fn what_is_wrong_in_spite_of_its_checksum_does_no_harm() {
     let bytes = snapshot().to_bytes();
     let (mut refused, mut taken) = (0, 0);
     // Some milliseconds each, since the theory of the scene is solved.
-    for (index, mask) in (16..bytes.len()).step_by(11).zip([0x01, 0x80, 0x7f].into_iter().cycle()) {
+    for (index, mask) in (16..bytes.len()).step_by(5).zip([0x01, 0x80, 0x7f].into_iter().cycle()) {
         let mut changed = bytes.clone();
         changed[index] ^= mask;
         let checksum = crc32fast::hash(&changed[16..]).to_le_bytes();
@@ -84,7 +84,7 @@ fn what_is_wrong_in_spite_of_its_checksum_does_no_harm() {
         }
     }
     println!("{refused} refused, {taken} taken");
-    assert!(refused > 200 && taken > 200, "{refused} {taken}");
+    assert!(refused > 500 && taken > 500, "{refused} {taken}");
 }
 
 /// What differs, and what it was and is, in the words of the error.

@@ -9,7 +9,7 @@ use gradient_mc::drive::{
     SelfConsistent,
 };
 use gradient_mc::equation_of_state::{
-    CarnahanStarling, EquationOfState, IdealGas, ModifiedKolafa, PercusYevickCompressibility,
+    CarnahanStarling, EquationOfState, FluidSolid, IdealGas, ModifiedKolafa, PercusYevickCompressibility,
     PercusYevickVirial,
 };
 use gradient_mc::field::{ExponentialField, FieldFn, UniformField};
@@ -102,7 +102,7 @@ fn local_moves_too_small_and_too_large() {
     assert!(stuck.center_of_mass > 50.0, "{}", stuck.center_of_mass);
     stuck.must(not_mixed).must(|warning| {
         matches!(warning, Warning::FarFromTheory { center_of_mass, theory, .. }
-            if center_of_mass.mean > 1.5 * theory && center_of_mass.standard_error < 0.3)
+            if center_of_mass.mean > 1.5 * theory && center_of_mass.standard_error < 0.1)
     });
     // The paper's size: on its way.
     let slow = run(column(6.0), Automatic, RandomInsertion::default(), local(0.75), [500, 1000]);
@@ -120,6 +120,12 @@ fn local_moves_too_small_and_too_large() {
         matches!(warning, Warning::LowAcceptance { lowest_height, highest_height, acceptance, share, .. }
             if *lowest_height < 3.0 && *highest_height < 20.0 && *acceptance < 0.02 && *share > 0.1)
     });
+    // Larger than that is refused.
+    let refused = Simulation::builder(column(1.5)).moves(local(3.0)).build().map(|_| ());
+    assert!(
+        matches!(refused, Err(Error::InvalidParameter { name: "maximum displacement", .. })),
+        "{refused:?}"
+    );
 }
 
 #[test]
@@ -199,6 +205,18 @@ fn columns_that_freeze() {
     for said in [&above, &below] {
         said.must(metastable).must(|warning| matches!(warning, Warning::BoxIncommensurate { .. }));
     }
+    // The solver finds the front between fluid and solid, also where ln P falls by less than its
+    // rounding over the narrowest panel.
+    for rate in [0.02, 0.07, 0.1, 0.2] {
+        let column = Hydrostatics::new(
+            ExponentialField::new(rate).unwrap(),
+            Isothermal::new(20.0).unwrap(),
+            FluidSolid::default(),
+        );
+        let profile = column.between_walls(&Slab::new(140.0, 5.0, 5.0).unwrap(), 40.0).unwrap();
+        assert!((profile.column_density() - 40.0).abs() < 1e-9, "{rate}: {}", profile.column_density());
+        assert_eq!(profile.base_packing_fraction() > 0.54, rate > 0.05, "{rate}");
+    }
     // A field that grows with height, and a temperature that falls.
     let field = ExponentialField::new(0.25).unwrap();
     let field = scene(60.0, 5.0, field, Isothermal::new(6.0).unwrap());
@@ -220,10 +238,13 @@ fn feedback_that_is_wrong() {
         matches!(warning, Warning::CountingNoise { spheres_per_bin, pressure_deviation, .. }
             if *spheres_per_bin < 10.0 && *pressure_deviation > 0.05)
     };
-    let changing = |warning: &Warning| matches!(warning, Warning::ChangesWhileMeasuring { changes, .. } if *changes >= 100);
+    let every_sweep =
+        |warning: &Warning| matches!(warning, Warning::ChangesWhileMeasuring { changes: 1000, .. });
+    let changing =
+        |warning: &Warning| matches!(warning, Warning::ChangesWhileMeasuring { changes, .. } if *changes > 0);
     let chains = EventChains::default();
     let said = run(cooling(), Instantaneous::new(0.2).unwrap(), Theory, local(0.75), [500, 1000]);
-    said.must(counting).must(changing).must(feedback);
+    said.must(counting).must(every_sweep).must(feedback);
     run(cooling(), RunningAverage::default(), Theory, chains, [500, 1000]).must(changing);
     // Frozen while the column was still falling.
     let said = run(
@@ -268,7 +289,8 @@ fn bins_that_see_nothing_or_too_much() {
     // Bins of about a hundredth of a diameter, seen twenty times.
     let mut narrow = DensityProfile::new(&slab, Bins::count(10_000)).unwrap();
     let mut states = EquationOfStateProfile::new(&slab, Bins::count(10_000)).unwrap();
-    Simulation::builder(scene).build().unwrap().run(20, &mut (&mut narrow, &mut states)).unwrap();
+    let mut simulation = Simulation::builder(scene).build().unwrap();
+    simulation.run(20, &mut (&mut narrow, &mut states)).unwrap();
     for warnings in [narrow.warnings(), states.warnings()] {
         let empty = |warning: &Warning| {
             matches!(warning, Warning::EmptyBins { bins, lowest_height, highest_height, .. }
@@ -278,6 +300,11 @@ fn bins_that_see_nothing_or_too_much() {
             |warning: &Warning| matches!(warning, Warning::ThinBins { bins, blocks: 1, .. } if *bins > 100);
         assert!(warnings.iter().any(empty) && warnings.iter().any(thin), "{warnings:?}");
     }
+    // Bins of half a diameter are right.
+    let mut coarse = Every::new(5, DensityProfile::new(&slab, Bins::count(36).from(2.0).to(20.0)).unwrap());
+    simulation.equilibrate(200, &mut ()).unwrap();
+    simulation.run(400, &mut coarse).unwrap();
+    assert!(coarse.observer.warnings().is_empty(), "{:?}", coarse.observer.warnings());
     // Nothing seen at all: every bin in which a center can be.
     let unused = DensityProfile::new(&slab, Bins::count(120)).unwrap().warnings();
     let [Warning::EmptyBins { bins: 120, lowest_height, highest_height, .. }] = unused[..] else {

@@ -43,7 +43,7 @@ impl Task {
         let (mut column, mut seconds) = column::build(self.system, self.method, self.seed)?;
         let mut checkpoints = Vec::new();
         let mut equilibrated = 0;
-        // The equation of state takes 64 frames.
+        // An equation of state from fewer than 64 frames is too noisy.
         let mut sweeps = if self.method.moves == Moves::OwnEquation { 2 * SHORTEST } else { SHORTEST };
         loop {
             seconds += column.equilibrate(sweeps - equilibrated)?;

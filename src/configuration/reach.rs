@@ -55,7 +55,7 @@ impl Reach {
         };
         Self {
             squared_gaps: Box::new(std::array::from_fn(|axis| std::array::from_fn(|part| row(axis, part)))),
-            first: Box::new(std::array::from_fn(|index| likeliest(sides, index / 8, index % 8))),
+            first: likeliest(sides),
         }
     }
 
@@ -83,39 +83,40 @@ impl Reach {
     }
 }
 
-/// The cells in which overlaps are most likely after a displacement into a part. They affect only
-/// the speed of the search.
-fn likeliest(sides: [f64; 3], part: usize, octant: usize) -> u32 {
+/// The cells in which overlaps are most likely after a displacement into a part, by quarters and
+/// octant. They affect only the speed of the search.
+fn likeliest(sides: [f64; 3]) -> Box<[u32; FIRST_SETS]> {
     const STEPS: usize = 7;
-    let parts = [part / (QUARTERS * QUARTERS), part / QUARTERS % QUARTERS, part % QUARTERS];
-    let mut weights = [0.0; NEIGHBORS];
-    for point in 0..STEPS * STEPS * STEPS {
-        let offsets = [point / (STEPS * STEPS), point / STEPS % STEPS, point % STEPS];
-        let direction = offsets.map(|offset| offset as f64 - 0.5 * (STEPS - 1) as f64);
-        let length = direction.iter().map(|along| along * along).sum::<f64>().sqrt();
-        if length == 0.0 {
-            continue;
+    // Points of the grid on the faces of a cube to points on the sphere: directions with weights.
+    let directions: Vec<([f64; 3], f64)> = (0..STEPS * STEPS * STEPS)
+        .filter_map(|point| {
+            let steps = [point / (STEPS * STEPS), point / STEPS % STEPS, point % STEPS];
+            let direction = steps.map(|step| step as f64 - 0.5 * (STEPS - 1) as f64);
+            let length = direction.iter().map(|along| along * along).sum::<f64>().sqrt();
+            (length > 0.0).then(|| (direction.map(|along| along / length), 1.0 / (length * length * length)))
+        })
+        .collect();
+    let mut first = Box::new([0; FIRST_SETS]);
+    for (part, first) in first.chunks_exact_mut(8).enumerate() {
+        let parts = [part / (QUARTERS * QUARTERS), part / QUARTERS % QUARTERS, part % QUARTERS];
+        let mut weights = [[0.0; NEIGHBORS]; 8];
+        for &(direction, weight) in &directions {
+            let bit = (0..3).fold(0, |bit, axis| {
+                let to = (parts[axis] as f64 + 0.5) / QUARTERS as f64 + 0.95 * direction[axis] / sides[axis];
+                3 * bit + usize::from(to >= 0.0) + usize::from(to >= 1.0)
+            });
+            for (octant, weights) in weights.iter_mut().enumerate() {
+                let along = |axis: usize| direction[axis] * if octant >> axis & 1 == 1 { 1.0 } else { -1.0 };
+                weights[bit] += weight * f64::max(along(0) + along(1) + along(2), 0.0);
+            }
         }
-        let (mut bit, mut ahead) = (0, 0.0);
-        for axis in 0..3 {
-            let along = direction[axis] / length;
-            let to = (parts[axis] as f64 + 0.5) / QUARTERS as f64 + 0.95 * along / sides[axis];
-            bit = 3 * bit
-                + if to < 0.0 {
-                    0
-                } else if to < 1.0 {
-                    1
-                } else {
-                    2
-                };
-            ahead += if octant >> axis & 1 == 1 { along } else { -along };
+        for (first, weights) in first.iter_mut().zip(&weights) {
+            let mut order: [usize; NEIGHBORS] = std::array::from_fn(|bit| bit);
+            order.select_nth_unstable_by(FIRST, |&a, &b| weights[b].total_cmp(&weights[a]).then(a.cmp(&b)));
+            *first = order[..FIRST].iter().map(|bit| 1 << bit).sum();
         }
-        // Points of the grid on the faces of a cube to points on the sphere.
-        weights[bit] += f64::max(ahead, 0.0) / (length * length * length);
     }
-    let mut order: [usize; NEIGHBORS] = std::array::from_fn(|bit| bit);
-    order.sort_by(|&a, &b| weights[b].total_cmp(&weights[a]));
-    order[..FIRST].iter().map(|bit| 1 << bit).sum()
+    first
 }
 
 #[cfg(test)]

@@ -236,22 +236,27 @@ pub fn drive(bytes: &[u8]) -> String {
     let mut choices = Choices(bytes);
     let outcome = scene(&mut choices).and_then(|scene| {
         let (start, moves) = (start(&mut choices)?, moves(&mut choices)?);
-        let builder = Simulation::builder(scene).start(start).seed(u64::from(choices.byte()));
+        let builder = Simulation::builder(scene.clone()).start(start).seed(u64::from(choices.byte()));
         let builder = match moves {
             Some(moves) => builder.moves(moves),
             None => builder,
         };
         match choices.below(9) {
-            0..=2 => live(&builder.scheme(Automatic), &mut choices),
-            3 => live(&builder.scheme(SelfConsistent::default()), &mut choices),
+            0..=2 => live(&scene, &builder.scheme(Automatic), &mut choices),
+            3 => live(&scene, &builder.scheme(SelfConsistent::default()), &mut choices),
             4 => {
                 let scheme = SelfConsistent::new(IdealGas).bin_width(choices.number(0.05, 1.0))?;
-                live(&builder.scheme(scheme.closure_weight(choices.number(0.0, 1e5))?), &mut choices)
+                live(&scene, &builder.scheme(scheme.closure_weight(choices.number(0.0, 1e5))?), &mut choices)
             }
-            5 => live(&builder.scheme(EquationOfStateClosure::default()), &mut choices),
-            6 => live(&builder.scheme(RunningAverage::new(choices.number(0.05, 1.0))?), &mut choices),
-            7 => live(&builder.scheme(AveragedThenFrozen::new(choices.number(0.05, 1.0))?), &mut choices),
+            5 => live(&scene, &builder.scheme(EquationOfStateClosure::default()), &mut choices),
+            6 => live(&scene, &builder.scheme(RunningAverage::new(choices.number(0.05, 1.0))?), &mut choices),
+            7 => live(
+                &scene,
+                &builder.scheme(AveragedThenFrozen::new(choices.number(0.05, 1.0))?),
+                &mut choices,
+            ),
             _ => live(
+                &scene,
                 &builder.scheme(Instantaneous::new(choices.number(0.05, 1.0))?.any_moves()),
                 &mut choices,
             ),
@@ -268,14 +273,14 @@ pub fn drive(bytes: &[u8]) -> String {
 }
 
 fn live<S>(
+    scene: &AnyScene,
     builder: &SimulationBuilder<AnyField, AnyTemperature, S>,
     choices: &mut Choices<'_>,
 ) -> Result<String, Error>
 where
     S: Scheme<AnyField, AnyTemperature, Drive: Persist, Adaptation: Persist> + Clone,
 {
-    let scene = builder.clone().build()?.scene().clone();
-    let seen = observers(choices, &scene)?;
+    let seen = observers(choices, scene)?;
     let steps = steps(choices);
     let undisturbed = go(builder, &seen, &steps, false)?;
     assert!(undisturbed == go(builder, &seen, &steps, true)?, "what was stopped ends otherwise");

@@ -14,6 +14,9 @@ pub(super) struct ColumnAverage {
     configurations: u64,
     /// Spheres in each bin.
     counts: Vec<f64>,
+    /// Those of odd intervals: the difference to even ones gives the noise of the counts.
+    odd_counts: Vec<f64>,
+    odd_configurations: u64,
     /// Sum of a(x) over the spheres of each bin.
     weights: Vec<f64>,
     /// Scratch memory: both for one configuration.
@@ -31,6 +34,8 @@ impl ColumnAverage {
             division,
             configurations: 0,
             counts: vec![0.0; division.bins],
+            odd_counts: vec![0.0; division.bins],
+            odd_configurations: 0,
             weights: vec![0.0; division.bins],
             sample: vec![[0.0; 2]; division.bins],
             open_end: potential.open_end(),
@@ -45,12 +50,15 @@ impl ColumnAverage {
     pub(super) fn clear(&mut self) {
         self.configurations = 0;
         self.counts.fill(0.0);
+        self.odd_counts.fill(0.0);
+        self.odd_configurations = 0;
         self.weights.fill(0.0);
         self.contact = WallContact::default();
     }
 
-    /// Adds a configuration. If a field of the user panics, nothing is added.
-    pub(super) fn add(&mut self, frame: &Frame<'_>) {
+    /// Adds a configuration of the interval with this number. If a field of the user panics,
+    /// nothing is added.
+    pub(super) fn add(&mut self, frame: &Frame<'_>, interval: u64) {
         let (end, field) = (self.open_end.contact_height(frame.slab()), frame.field());
         let mut contact = self.contact;
         self.sample.fill([0.0; 2]);
@@ -67,6 +75,22 @@ impl ColumnAverage {
             *counts += count;
             *weights += weight;
         }
+        if !interval.is_multiple_of(2) {
+            self.odd_configurations += 1;
+            self.odd_counts.iter_mut().zip(&self.sample).for_each(|(counts, [count, _])| *counts += count);
+        }
+    }
+
+    /// Variance of the number of spheres in a bin, from odd and even intervals; 0 if there are only
+    /// odd or even ones.
+    fn variance(&self, bin: usize) -> f64 {
+        let odd = self.odd_configurations as f64;
+        let even = self.configurations as f64 - odd;
+        if odd == 0.0 || even == 0.0 {
+            return 0.0;
+        }
+        let difference = self.odd_counts[bin] / odd - (self.counts[bin] - self.odd_counts[bin]) / even;
+        odd * even * difference * difference
     }
 
     /// Number of spheres in each bin, summed over configurations, and P A Δx in the same units;
@@ -111,13 +135,20 @@ impl ColumnAverage {
 
     /// P/n in each bin for a given pressure at the open end, from the counts and the weighted
     /// theory: always finite.
+    ///
+    /// The mean of 1/k is larger than 1/⟨k⟩ by the factor 1 + Var(k)/⟨k⟩², for k spheres counted in
+    /// a bin. Without this correction the gradient term of the field is too large by that factor.
     pub(super) fn ratios<F, T>(&self, scene: &Scene<F, T>, width: f64, end: f64, prior: &Prior) -> Vec<f64> {
         let rows = self.counts_and_pressures(width, scene.slab().base_area(), end);
         let both = |(bin, ([count, pressure], ratio)): (usize, ([f64; 2], &f64))| {
             let imagined = width * prior.weight_at(distance_from_wall(scene, width, bin));
             let total = count + imagined;
             // Without counts the theory is used.
-            if total > 0.0 { (pressure + imagined * ratio) / total } else { *ratio }
+            if total == 0.0 {
+                return *ratio;
+            }
+            let bias = self.variance(bin) / (total * total);
+            (pressure + imagined * ratio) / total * (1.0 - bias).max(0.0)
         };
         rows.into_iter().zip(&prior.ratios).enumerate().map(both).collect()
     }
@@ -270,6 +301,8 @@ persist!(ColumnAverage {
     same open_end,
     count configurations,
     slice counts,
+    slice odd_counts,
+    count odd_configurations,
     slice weights,
     value contact,
 });
@@ -283,7 +316,10 @@ mod tests {
     use crate::equation_of_state::ModifiedKolafa;
     use crate::field::UniformField;
     use crate::frame::{MoveCounts, Phase, Still};
+    use crate::random::{Generator, unit};
+    use crate::statistics::Estimate;
     use crate::temperature::ExponentialTemperature;
+    use rand::SeedableRng;
     use std::panic::{AssertUnwindSafe, catch_unwind};
 
     /// If the density is that of the theory, the field is that of the closure.
@@ -312,6 +348,48 @@ mod tests {
         };
         let (coarse, fine) = (worst(0.5), worst(0.125));
         assert!(coarse < 0.02 && fine < coarse / 8.0 + 1e-9, "{coarse}, {fine}");
+    }
+
+    /// Poisson counts of two intervals, at one pressure, in many bins.
+    #[test]
+    fn the_noise_of_counts_does_not_change_the_mean_of_p_over_n() {
+        let slab = Slab::new(2001.0, 4.0, 4.0).unwrap();
+        let temperature = ExponentialTemperature::new(12.0, 1e-4).unwrap();
+        let scene = Scene::new(slab, 900, UniformField::default(), temperature).unwrap();
+        let potential = EffectivePotential::new(&scene, 0.1).unwrap();
+        let prior = Prior::new(&scene, &potential, &ModifiedKolafa, 1e-9).unwrap();
+        let mut generator = Generator::seed_from_u64(5);
+        let mut poisson = |mean: f64| {
+            let (mut count, mut product) = (-1.0, 1.0);
+            while product > libm::exp(-mean) {
+                product *= unit(&mut generator);
+                count += 1.0;
+            }
+            count
+        };
+        // The mean of P/n, relative to that of counts without noise, and its error.
+        let mut mean = |corrected: bool, configurations: [u64; 2]| {
+            let mut average = ColumnAverage::new(&potential);
+            average.configurations = configurations[0] + configurations[1];
+            for bin in 0..potential.bins() {
+                let [even, odd] = configurations.map(|number| poisson(0.5 * number as f64));
+                (average.counts[bin], average.odd_counts[bin]) = (even + odd, odd);
+            }
+            average.odd_configurations = if corrected { configurations[1] } else { 0 };
+            let ratios = average.ratios(&scene, potential.bin_width(), 1.0, &prior);
+            let exact = 16.0 * potential.bin_width() / 0.5;
+            let (count, sum) = (ratios.len() as f64, ratios.iter().sum::<f64>() / exact);
+            let squares: f64 = ratios.iter().map(|ratio| (ratio / exact).powi(2)).sum();
+            let variance = squares / count - (sum / count).powi(2);
+            Estimate::new(sum / count, (variance / count).sqrt())
+        };
+        // 80 spheres: 1 + 1/80, and what is left is of second order.
+        for configurations in [[80, 80], [120, 40]] {
+            let [noisy, corrected] = [false, true].map(|corrected| mean(corrected, configurations));
+            assert!(noisy.standard_error < 0.0012 && corrected.standard_error < 0.0012, "{corrected}");
+            assert!(noisy.deviation_from(1.0 + 1.0 / 80.0).abs() < 4.0, "{noisy}");
+            assert!(corrected.deviation_from(1.0).abs() < 4.0, "{corrected}");
+        }
     }
 
     /// A uniform field that fails above a height.
@@ -346,7 +424,7 @@ mod tests {
                 sweep_of_phase: 1,
                 move_counts: &MoveCounts::default(),
             };
-            let added = catch_unwind(AssertUnwindSafe(|| average.add(&frame)));
+            let added = catch_unwind(AssertUnwindSafe(|| average.add(&frame, 0)));
             let counts: f64 = average.counts.iter().sum();
             let weights: f64 = average.weights.iter().sum();
             let expected = 4.0 * average.configurations as f64;

@@ -92,7 +92,7 @@ impl<F: Field, T: TemperatureProfile> Scheme<F, T> for Instantaneous {
 impl Observer for EverySweep {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         self.histogram.clear();
-        self.histogram.add(frame);
+        self.histogram.add(frame, 0);
         Ok(())
     }
 }

@@ -128,6 +128,8 @@ pub struct Averaging {
 
 impl Averaging {
     const SWEEPS_BETWEEN_UPDATES: u64 = 10;
+    /// Sweeps of the intervals from which the noise of counts is estimated.
+    const SWEEPS_OF_INTERVAL: u64 = 64;
     /// Weight of the theory, in counted spheres per diameter of height. It prevents errors from
     /// bins that are empty by chance.
     const THEORY_WEIGHT: f64 = 1e4;
@@ -163,7 +165,7 @@ impl Observer for Averaging {
     fn observe(&mut self, frame: &Frame<'_>) -> Result<(), ObserverError> {
         self.phase = frame.phase();
         if !self.is_frozen() {
-            self.average.add(frame);
+            self.average.add(frame, self.sweeps / Self::SWEEPS_OF_INTERVAL);
             self.sweeps += 1;
         }
         Ok(())

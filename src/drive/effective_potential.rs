@@ -4,11 +4,12 @@ use super::Drive;
 use crate::numerics::integrate_panel;
 use crate::{Error, Field, Scene, TemperatureProfile, Wall};
 
-/// The reduced potential u(x) = φ(x)/T(0) + C(x) of an effective field, with the correction
+/// The reduced potential u(x) = φ(x)/T₀ + C(x) of an effective field, with the correction
 ///
-/// C(x) = ∫₀ˣ a (1/T − 1/T(0)) dx' − ∫ (P/n) d(1/T)
+/// C(x) = ∫₀ˣ a (1/T − 1/T₀) dx' − ∫ (P/n) d(1/T)
 ///
-/// up to a constant. C is exact at the edges of bins and linear between them, so u' is off by at
+/// up to a constant, and T₀ the highest temperature at an edge of a bin: a lower one could be so
+/// low that the sum has no digits left. C is exact at the edges of bins and linear between them, so u' is off by at
 /// most half the bin width times u''. The bins divide the heights where centers can be. At constant
 /// temperature C is exactly zero.
 ///
@@ -29,15 +30,14 @@ use crate::{Error, Field, Scene, TemperatureProfile, Wall};
 /// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct EffectivePotential {
-    /// T(0). The potential is divided by it as in the isothermal drive, so that both have equal
-    /// bits.
+    /// T₀. The potential is divided by it as in the isothermal drive, so that both have equal bits.
     reference: f64,
     lowest: f64,
     width: f64,
     inverse_width: f64,
     /// C at the edges of bins.
     correction: Vec<f64>,
-    /// ∫ a (1/T − 1/T(0)) dx over each bin.
+    /// ∫ a (1/T − 1/T₀) dx over each bin.
     field_part: Vec<f64>,
     /// −Δ(1/T) over each bin: the factor of P/n.
     gradient_part: Vec<f64>,
@@ -76,7 +76,7 @@ impl EffectivePotential {
     ///
     /// # Errors
     /// [`Error::InvalidParameter`] if the width is not positive and finite; [`Error::InvalidBins`]
-    /// for too many bins; [`Error::InvalidPotential`] if φ/T(0) overflows.
+    /// for too many bins; [`Error::InvalidPotential`] if φ/T₀ overflows.
     pub fn new<F: Field, T: TemperatureProfile>(scene: &Scene<F, T>, bin_width: f64) -> Result<Self, Error> {
         const MAXIMUM: usize = 1 << 24;
         bin_width_of(bin_width)?;
@@ -89,9 +89,11 @@ impl EffectivePotential {
             return Err(Error::InvalidBins { bins, extent, maximum: MAXIMUM });
         }
         let width = extent / bins as f64;
-        let inverse = |x: f64| 1.0 / scene.temperature().temperature(x);
-        let inverse_reference = inverse(0.0);
+        let temperature = |x: f64| scene.temperature().temperature(x);
+        let inverse = |x: f64| 1.0 / temperature(x);
         let edge = |bin: usize| lowest + bin as f64 * width;
+        let reference = (0..=bins).map(edge).map(temperature).fold(0.0, f64::max);
+        let inverse_reference = 1.0 / reference;
         let field_part = (0..bins)
             .map(|bin| {
                 let force = |x: f64| scene.field().acceleration(x) * (inverse(x) - inverse_reference);
@@ -99,7 +101,6 @@ impl EffectivePotential {
             })
             .collect();
         let gradient_part = (0..bins).map(|bin| inverse(edge(bin)) - inverse(edge(bin + 1))).collect();
-        let reference = scene.temperature().temperature(0.0);
         for height in (0..=bins).map(edge) {
             let potential = scene.field().potential(height) / reference;
             if !potential.is_finite() {
@@ -206,6 +207,11 @@ impl<F: Field, T> Drive<F, T> for EffectivePotential {
     }
 
     #[inline]
+    fn resolution(&self) -> f64 {
+        self.width
+    }
+
+    #[inline]
     fn generation(&self) -> u64 {
         self.generation
     }
@@ -234,8 +240,24 @@ mod tests {
     use super::*;
     use crate::Slab;
     use crate::field::ExponentialField;
-    use crate::temperature::TemperatureFn;
+    use crate::temperature::{LinearTemperature, TemperatureFn};
     use proptest::prelude::*;
+
+    /// The temperature rises from next to nothing at the wall, where no center can be.
+    #[test]
+    fn a_cold_wall_does_not_cost_the_digits_of_the_force() {
+        let slab = Slab::new(24.0, 4.0, 4.0).unwrap();
+        let temperature = LinearTemperature::new(1e-300, 0.5).unwrap();
+        let scene = Scene::new(slab, 10, ExponentialField::new(0.0).unwrap(), temperature).unwrap();
+        let mut potential = EffectivePotential::new(&scene, 0.1).unwrap();
+        // The ideal gas, P/n = T: u' = 1/T + T'/T.
+        let temperatures: Vec<f64> = potential.heights().map(|height| 0.5 * height).collect();
+        potential.set(0.0, |bin| temperatures[bin]).unwrap();
+        for height in [1.0, 10.0, 23.0] {
+            let force = potential.reduced_force(&scene, height);
+            approx::assert_relative_eq!(force, 1.5 / (0.5 * height), max_relative = 0.1);
+        }
+    }
 
     proptest! {
         /// The definition of the effective field: m n g_e = −d(W/f)/dx for any n(x), field and

@@ -73,6 +73,13 @@ pub trait Drive<F, T>: Send + Sync {
         differentiate(|x| self.reduced_potential(scene, x), height, 1e-3)
     }
 
+    /// Width of the narrowest feature of the force, in diameters, by default 1/16. Event chains bound
+    /// the force by its values at this distance.
+    #[inline]
+    fn resolution(&self) -> f64 {
+        1.0 / 16.0
+    }
+
     /// Number of changes of u so far. Values derived from u stay valid while it is the same.
     #[inline]
     fn generation(&self) -> u64 {

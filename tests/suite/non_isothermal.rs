@@ -101,6 +101,21 @@ fn the_default_scheme_needs_no_equation_of_state() {
     assert!(certificate.measured.unwrap().bulk > 0.9, "{certificate}");
 }
 
+/// Chains bound the force by values in every bin, also where bins are narrow and few spheres are
+/// counted.
+#[test]
+fn chains_go_through_bins_of_any_width() {
+    for width in [0.01, 0.05, 0.3] {
+        let scheme = SelfConsistent::default().bin_width(width).unwrap().closure_weight(1.0).unwrap();
+        let temperature = ExponentialTemperature::new(6.0, 0.2).unwrap();
+        let slab = Slab::new(60.0, 6.0, 6.0).unwrap();
+        let scene = Scene::new(slab, 180, UniformField::default(), temperature).unwrap();
+        let mut simulation = Simulation::builder(scene).scheme(scheme).seed(1).build().unwrap();
+        simulation.equilibrate(1000, &mut ()).unwrap_or_else(|error| panic!("{width}: {error}"));
+        simulation.run(100, &mut ()).unwrap_or_else(|error| panic!("{width}: {error}"));
+    }
+}
+
 #[test]
 fn the_closure_finds_what_it_was_given() {
     let scheme = EquationOfStateClosure::default();

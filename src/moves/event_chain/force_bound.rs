@@ -18,8 +18,8 @@ pub(super) struct ForceBounds {
     generation: u64,
 }
 
-/// Probes per diameter.
-const PROBES: u32 = 16;
+/// Smallest and largest number of probes per diameter; see [`Drive::resolution`].
+const PROBES: [f64; 2] = [16.0, 65_536.0];
 /// Largest force that is accepted.
 const LARGEST: f64 = 1e300;
 
@@ -36,12 +36,17 @@ impl ForceBounds {
         self.generation = drive.generation();
         self.layers.clear();
         let height = scene.slab().height();
+        // From 16 to 65 536; 16 for NaN.
+        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+        let probes = (1.0 / drive.resolution()).max(PROBES[0]).min(PROBES[1]).ceil() as u32;
         let mut low = 0.0;
         while low < height {
+            let heights = (0..=probes).map(|probe| {
+                (low + f64::from(probe) / f64::from(probes))
+                    .clamp(scene.slab().lowest_center(), scene.slab().highest_center())
+            });
             let (mut smallest, mut largest) = (f64::INFINITY, f64::NEG_INFINITY);
-            for probe in 0..=PROBES {
-                let x = (low + f64::from(probe) / f64::from(PROBES))
-                    .clamp(scene.slab().lowest_center(), scene.slab().highest_center());
+            for x in heights.clone() {
                 let force = drive.reduced_force(scene, x);
                 // Bounds are up to three times as large, and must be finite too.
                 if force.is_nan() || force.abs() > LARGEST {
@@ -52,7 +57,7 @@ impl ForceBounds {
             // The second term covers the rounding of a derivative taken numerically.
             let margin = largest - smallest + 1e-8 * largest.abs().max(smallest.abs());
             let bounds = [(largest + margin).max(0.0), (margin - smallest).max(0.0)];
-            check_mean_forces(drive, scene, low, bounds)?;
+            check_mean_forces(drive, scene, heights, bounds)?;
             self.layers.push(bounds);
             low += 1.0;
         }
@@ -94,25 +99,20 @@ impl ForceBounds {
     }
 }
 
-/// Fails where the potential between two probes of the layer at `low` changes by more than the
-/// bounds of its force allow.
+/// Fails where the potential between two probes changes by more than the bounds of its force
+/// allow.
 fn check_mean_forces<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
     drive: &D,
     scene: &Scene<F, T>,
-    low: f64,
+    heights: impl Iterator<Item = f64>,
     bounds: [f64; 2],
 ) -> Result<(), Error> {
     /// Relative tolerance. An interpolated potential agrees with its force to 1e-8; rounding adds
     /// 1e-14.
     const CONSISTENCY: f64 = 1e-5;
-    let height = |probe: u32| {
-        let x = low + f64::from(probe) / f64::from(PROBES);
-        x.clamp(scene.slab().lowest_center(), scene.slab().highest_center())
-    };
-    let mut before = drive.reduced_potential(scene, height(0));
-    for probe in 1..=PROBES {
-        let (from, to) = (height(probe - 1), height(probe));
-        let after = drive.reduced_potential(scene, to);
+    let mut probes = heights.map(|x| (x, drive.reduced_potential(scene, x)));
+    let Some((mut from, mut before)) = probes.next() else { return Ok(()) };
+    for (to, after) in probes {
         let allowed = 1e-12 * (before.abs() + after.abs()) + 1e-12;
         for (rise, bound) in [(after - before, bounds[0]), (before - after, bounds[1])] {
             if rise > (1.0 + CONSISTENCY) * bound * (to - from) + allowed {
@@ -120,7 +120,7 @@ fn check_mean_forces<F: Field, T: TemperatureProfile, D: Drive<F, T>>(
                 return Err(Error::InvalidForce { height: 0.5 * (from + to), force, bound });
             }
         }
-        before = after;
+        (from, before) = (to, after);
     }
     Ok(())
 }

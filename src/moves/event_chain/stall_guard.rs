@@ -13,6 +13,8 @@ pub(super) struct StallGuard {
     length: f64,
     /// Straight pieces since the mark.
     pieces: u32,
+    /// Straight pieces before the mark.
+    before: u32,
     /// Field events since the mark.
     field_events: u32,
     /// Length that was left at the mark.
@@ -27,8 +29,14 @@ impl StallGuard {
     /// The same in equilibration.
     pub(super) const PIECES_IN_EQUILIBRATION: u32 = 10_000;
 
+    /// Straight pieces of a whole chain, if they are shorter than [`SHORT`](Self::SHORT): half a
+    /// gigabyte where they are recorded.
+    pub(super) const PIECES_OF_A_CHAIN: u32 = 10_000_000;
+    /// Mean length of a piece that is common only in an immense force, in diameters.
+    const SHORT: f64 = 1e-4;
+
     pub(super) fn new(length: f64, phase: Phase) -> Self {
-        Self { phase, length, pieces: 0, field_events: 0, mark: length }
+        Self { phase, length, pieces: 0, before: 0, field_events: 0, mark: length }
     }
 
     /// Counts a field event.
@@ -46,13 +54,15 @@ impl StallGuard {
 
     #[cold]
     fn look(&mut self, left: f64) -> Result<bool, Error> {
-        if self.mark - left >= 1.0 {
+        let (path, pieces) = (self.length - left, self.before + self.pieces);
+        let is_endless = pieces >= Self::PIECES_OF_A_CHAIN && path < Self::SHORT * f64::from(pieces);
+        if self.mark - left >= 1.0 && !is_endless {
+            self.before = pieces;
             (self.pieces, self.field_events, self.mark) = (0, 0, left);
         } else if self.phase == Phase::Equilibration {
             return Ok(false);
-        } else if self.pieces >= Self::PIECES {
-            let (length, path) = (self.length, self.length - left);
-            return Err(Error::ChainStuck { length, path, field_events: self.field_events });
+        } else if is_endless || self.pieces >= Self::PIECES {
+            return Err(Error::ChainStuck { length: self.length, path, field_events: self.field_events });
         }
         Ok(true)
     }

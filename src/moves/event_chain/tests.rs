@@ -100,6 +100,10 @@ fn a_chain_that_does_not_advance_is_given_up() {
             assert!(stall_guard.lasts(1000.0 - f64::from(piece) / 5000.0).unwrap());
         }
     }
+    // A diameter in 100 000 pieces is not, for a long chain.
+    let mut stall_guard = StallGuard::new(1000.0, Phase::Production);
+    let stuck = (1..).find(|&piece| stall_guard.lasts(1000.0 - f64::from(piece) / 100_000.0).is_err());
+    assert_eq!(stuck, Some(StallGuard::PIECES_OF_A_CHAIN));
 }
 
 /// Paths of chains, and of the moves that they consist of.

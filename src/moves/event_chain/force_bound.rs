@@ -19,7 +19,8 @@ pub(super) struct ForceBounds {
 }
 
 /// Smallest and largest number of probes per diameter; see [`Drive::resolution`].
-const PROBES: [f64; 2] = [16.0, 65_536.0];
+const LEAST_PROBES: u32 = 16;
+const MOST_PROBES: f64 = 65_536.0;
 /// Largest force that is accepted.
 const LARGEST: f64 = 1e300;
 
@@ -36,9 +37,9 @@ impl ForceBounds {
         self.generation = drive.generation();
         self.layers.clear();
         let height = scene.slab().height();
-        // From 16 to 65 536; 16 for NaN.
+        // The cast saturates at zero.
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let probes = (1.0 / drive.resolution()).max(PROBES[0]).min(PROBES[1]).ceil() as u32;
+        let probes = ((1.0 / drive.resolution()).min(MOST_PROBES).ceil() as u32).max(LEAST_PROBES);
         let mut low = 0.0;
         while low < height {
             let heights = (0..=probes).map(|probe| {

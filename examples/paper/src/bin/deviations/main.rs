@@ -27,7 +27,7 @@ mod run;
 use case::Case;
 use gradient_mc::observers::EquationOfStateProfile;
 use nonlocal::Nonlocal;
-use outcome::{Analysis, Outcome};
+use outcome::{Analysis, Outcome, Papers};
 use paper::{Ending, Failure, Report, Session, Side, study, warnings};
 use run::{NOISY_WIDTH, Plan, RUNS, Run};
 use std::process::ExitCode;
@@ -90,8 +90,10 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
     for (index, (case, wide)) in cases.iter().zip(&wide).enumerate() {
         let seed = session.seed(1000 * index as u64);
         for (number, (name, plan)) in (0..).zip(arguments.papers(session, case)) {
-            let seed = seed.wrapping_add(500 + number);
-            tasks.push(((index, Some(name)), Run { case: wide.clone(), plan, seed }));
+            for replica in 0..plan.replicas() {
+                let seed = seed.wrapping_add(500 + 100 * number + replica);
+                tasks.push(((index, Some(name)), Run { case: wide.clone(), plan, seed }));
+            }
         }
         for number in 0..RUNS {
             let (plan, seed) = (ours(session, number), seed.wrapping_add(number));
@@ -119,7 +121,8 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
             warned.extend(
                 warnings_of(key).iter().map(|warning| format!("{}, {name}: {warning}", case.label())),
             );
-            papers.push((name.to_owned(), Analysis::new(&case, &runs_of(key))?));
+            let replicas = of_key(key).map(|measured| Analysis::new(&case, &measured.profiles));
+            papers.push(Papers { name, replicas: replicas.collect::<Result<_, _>>()? });
         }
         warned
             .extend(warnings_of((index, None)).iter().map(|warning| format!("{}: {warning}", case.label())));

@@ -5,7 +5,7 @@ use super::papers::{PaperPoint, measures};
 use gradient_mc::Merge;
 use gradient_mc::equation_of_state::{CarnahanStarling, ModifiedKolafa};
 use gradient_mc::observers::EquationOfStateProfile;
-use gradient_mc::statistics::Estimate;
+use gradient_mc::statistics::{Estimate, mean_of_replicas};
 use paper::Failure;
 use paper::accuracy::median;
 use paper::groups::{largest, mean_of_correlated};
@@ -75,6 +75,23 @@ pub(crate) struct Outcome {
     /// P/(nTZ) − 1 in each group that a local equation must miss, to lowest order in the density.
     pub(crate) nonlocal: Vec<f64>,
     pub(crate) ours: Analysis,
-    /// Runs as the paper made them, each with its name.
-    pub(crate) papers: Vec<(String, Analysis)>,
+    /// Runs as the paper made them.
+    pub(crate) papers: Vec<Papers>,
+}
+
+/// Runs as the paper made them, from one start.
+#[derive(Debug, Clone)]
+pub(crate) struct Papers {
+    pub(crate) name: &'static str,
+    pub(crate) replicas: Vec<Analysis>,
+}
+
+impl Papers {
+    /// Mean over replicas. Its error is from their scatter, if there are several: their memory is
+    /// longer than an interval.
+    pub(crate) fn mean(&self, of: impl Fn(&Analysis) -> Estimate) -> Option<Estimate> {
+        let values: Vec<Estimate> = self.replicas.iter().map(of).collect();
+        let means: Vec<f64> = values.iter().map(|value| value.mean).collect();
+        mean_of_replicas(&means).ok().or(values.first().copied())
+    }
 }

@@ -31,6 +31,16 @@ pub(crate) enum Plan {
     Protocol { equilibration: u64, sweeps: u64 },
 }
 
+impl Plan {
+    /// Number of independent runs.
+    pub(crate) fn replicas(self) -> u64 {
+        match self {
+            Self::Ours { .. } | Self::Protocol { .. } => 1,
+            Self::Field { .. } => 6,
+        }
+    }
+}
+
 /// One run.
 #[derive(Debug, Clone)]
 pub(crate) struct Run {

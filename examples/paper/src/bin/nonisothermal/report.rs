@@ -13,7 +13,7 @@ pub(crate) fn what_was_run(protocol: &Protocol, seed: u64) -> String {
     let Protocol { width, replicas, equilibration, sweeps, mobility_sweeps, paper_sweeps } = protocol;
     let ours = format!(
         "T = {TEMPERATURE} exp(−βx), uniform field, N/A = {COLUMN_DENSITY}, box {HEIGHT} x {width} x {width}; {replicas} runs for \
-        each β, from above and below, {equilibration} sweeps of equilibration and {sweeps} of production (twice as many at β = 0.05), then \
+        each β, from above and below, {equilibration} sweeps of equilibration and {sweeps} of production (twice as many from β = 0.03 on), then \
         {mobility_sweeps} sweeps of moves up to {MAXIMUM_DISPLACEMENT} for figure 15; seed {seed}"
     );
     match paper_sweeps {

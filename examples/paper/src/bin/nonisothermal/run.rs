@@ -33,9 +33,9 @@ pub(crate) struct Protocol {
 }
 
 impl Protocol {
-    /// Sweeps of equilibration and production; the steepest column relaxes slowest.
+    /// Sweeps of equilibration and production; steep columns relax slowest.
     pub(crate) fn sweeps_of(&self, decay_rate: f64) -> [u64; 2] {
-        let times = if decay_rate > 0.04 { 2 } else { 1 };
+        let times = if decay_rate > 0.025 { 2 } else { 1 };
         [times * self.equilibration, times * self.sweeps]
     }
 }

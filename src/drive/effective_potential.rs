@@ -208,7 +208,8 @@ impl<F: Field, T> Drive<F, T> for EffectivePotential {
 
     #[inline]
     fn resolution(&self) -> f64 {
-        self.width
+        // Less than a bin, so that rounding at its edges cannot leave it out.
+        0.9 * self.width
     }
 
     #[inline]

@@ -73,8 +73,8 @@ pub trait Drive<F, T>: Send + Sync {
         differentiate(|x| self.reduced_potential(scene, x), height, 1e-3)
     }
 
-    /// Width of the narrowest feature of the force, in diameters, by default 1/16. Event chains bound
-    /// the force by its values at this distance.
+    /// Distance of heights, in diameters, at which values of the force miss none of its features; by
+    /// default 1/16. Event chains bound the force by such values.
     #[inline]
     fn resolution(&self) -> f64 {
         1.0 / 16.0

@@ -77,8 +77,10 @@ fn theory_ratio<'a, E: EquationOfState>(
 /// Counted spheres per diameter of height that the theory stands for.
 const PRIOR_SPHERES: f64 = 3000.0;
 
-/// P/n of counted configurations with a pressure on the lid, `prior` standing in for spheres of its
-/// own in every bin if given.
+/// P/n of counted configurations with a pressure on the lid. If `prior` is given, it stands in for
+/// spheres of its own in every bin, and 1 + Var(k)/k² is divided out to first order, with the
+/// variance from odd and even intervals; successive configurations are in intervals 2, 3, 3, 4, 4
+/// and so on.
 fn counted_ratios(
     scene: &AnyScene,
     acceleration: impl Fn(f64) -> f64,
@@ -87,11 +89,17 @@ fn counted_ratios(
     prior: Option<&dyn Fn(usize) -> f64>,
 ) -> Vec<f64> {
     let (mut counts, mut weights) = (vec![0.0; BINS], vec![0.0; BINS]);
-    for &height in configurations.iter().flatten() {
-        #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
-        let bin = (((height - slab().lowest_center()) / width()) as usize).min(BINS - 1);
-        counts[bin] += 1.0;
-        weights[bin] += acceleration(height);
+    let (mut of_parity, mut configurations_of) = (vec![[0.0; 2]; BINS], [0.0; 2]);
+    for (number, heights) in configurations.iter().enumerate() {
+        let parity = number.div_ceil(2) % 2;
+        configurations_of[parity] += 1.0;
+        for &height in heights {
+            #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]
+            let bin = (((height - slab().lowest_center()) / width()) as usize).min(BINS - 1);
+            counts[bin] += 1.0;
+            of_parity[bin][parity] += 1.0;
+            weights[bin] += acceleration(height);
+        }
     }
     (0..BINS)
         .map(|bin| {
@@ -105,7 +113,11 @@ fn counted_ratios(
                 Some(prior) => {
                     let from_wall = middle(bin).min(slab().height() - middle(bin));
                     let imagined = PRIOR_SPHERES * width() * if from_wall < 4.0 { 0.03 } else { 1.0 };
-                    (pressure + imagined * prior(bin)) / (counts[bin] + imagined)
+                    let total = counts[bin] + imagined;
+                    let [even, odd] = configurations_of;
+                    let difference = of_parity[bin][0] / even - of_parity[bin][1] / odd;
+                    let noise = even * odd * difference * difference / (total * total);
+                    (pressure + imagined * prior(bin)) / total * (1.0 - noise).max(0.0)
                 }
                 None if counts[bin] > 0.0 => pressure / counts[bin],
                 None => scene.temperature().temperature(middle(bin)),
@@ -114,14 +126,9 @@ fn counted_ratios(
         .collect()
 }
 
-/// u = φ/T(0) + C, with φ in closed form.
-fn potential_with<'a>(
-    field: FieldCase,
-    scene: &AnyScene,
-    rebuilt: &'a Rebuilt,
-) -> impl Fn(f64) -> f64 + use<'a> {
-    let at_base = scene.temperature().temperature(0.0);
-    move |height| field.potential(height) / at_base + rebuilt.correction(height)
+/// u = φ/T₀ + C, with φ in closed form.
+fn potential_with(field: FieldCase, rebuilt: &Rebuilt) -> impl Fn(f64) -> f64 {
+    move |height| field.potential(height) / rebuilt.reference + rebuilt.correction(height)
 }
 
 /// Keeps the heights of every configuration.
@@ -185,7 +192,7 @@ proptest! {
             let rebuilt = Rebuilt::new(BINS, &slab(), acceleration, scene.temperature(), ratio);
             (EquationOfStateClosure::new(NoInteraction).drive(&scene).unwrap().0, rebuilt)
         };
-        let potential = potential_with(field, &scene, &rebuilt);
+        let potential = potential_with(field, &rebuilt);
         // The quadratures differ by more than rounding, by 1e-10 at most.
         check_detailed_balance(rule(&drive, &scene), potential, &pairs, 1e-10 + field.accuracy()).unwrap();
         let own = |height| drive.reduced_potential(&scene, height);
@@ -270,7 +277,7 @@ proptest! {
         let ratios = counted_ratios(&scene, acceleration, &looked_at, end, Some(&prior));
         let ratio = |bin| if follows_measurement { ratios[bin] } else { prior(bin) };
         let rebuilt = Rebuilt::new(BINS, &slab(), acceleration, scene.temperature(), ratio);
-        let potential = potential_with(field, &scene, &rebuilt);
+        let potential = potential_with(field, &rebuilt);
         check_detailed_balance(rule(&frozen, &scene), potential, &pairs, 1e-9 + field.accuracy()).unwrap();
         check_cycles(rule(&frozen, &scene), &triples, reference(), EXACT).unwrap();
         simulation.run(5, &mut ()).unwrap();
@@ -300,7 +307,7 @@ proptest! {
         let acceleration = |height| field.acceleration(height);
         let ratios = counted_ratios(scene, acceleration, &[heights], 0.0, None);
         let rebuilt = Rebuilt::new(BINS, &slab(), acceleration, scene.temperature(), |bin| ratios[bin]);
-        let potential = potential_with(field, scene, &rebuilt);
+        let potential = potential_with(field, &rebuilt);
         check_detailed_balance(rule(drive, scene), potential, &pairs, 1e-9 + field.accuracy()).unwrap();
         check_cycles(rule(drive, scene), &triples, reference(), EXACT).unwrap();
     }

@@ -102,7 +102,8 @@ fn a_chain_that_does_not_advance_is_given_up() {
     }
     // A diameter in 100 000 pieces is not, for a long chain.
     let mut stall_guard = StallGuard::new(1000.0, Phase::Production);
-    let stuck = (1..).find(|&piece| stall_guard.lasts(1000.0 - f64::from(piece) / 100_000.0).is_err());
+    let stuck = (1..=2 * StallGuard::PIECES_OF_A_CHAIN)
+        .find(|&piece| stall_guard.lasts(1000.0 - f64::from(piece) / 100_000.0).is_err());
     assert_eq!(stuck, Some(StallGuard::PIECES_OF_A_CHAIN));
 }
 

@@ -210,6 +210,8 @@ pub fn triples_in(slab: Slab) -> impl Strategy<Value = Vec<[f64; 3]>> {
 pub struct Rebuilt {
     lowest: f64,
     width: f64,
+    /// The highest temperature at an edge of a bin.
+    pub reference: f64,
     edges: Vec<f64>,
 }
 
@@ -224,19 +226,20 @@ impl Rebuilt {
     ) -> Self {
         let (lowest, width) = (slab.lowest_center(), (slab.height() - 1.0) / bins as f64);
         let inverse = |height: f64| 1.0 / temperature.temperature(height);
-        let at_base = inverse(0.0);
+        let heights = (0..=bins).map(|bin| lowest + bin as f64 * width);
+        let reference = heights.map(|height| temperature.temperature(height)).fold(0.0, f64::max);
         let mut edges = vec![0.0];
         let mut sum = 0.0;
         for bin in 0..bins {
             let (low, high) = (lowest + bin as f64 * width, lowest + (bin + 1) as f64 * width);
-            sum += integrate(|x| acceleration(x) * (inverse(x) - at_base), low, high, 8);
+            sum += integrate(|x| acceleration(x) * (inverse(x) - 1.0 / reference), low, high, 8);
             sum -= ratio(bin) * (inverse(high) - inverse(low));
             edges.push(sum);
         }
-        Self { lowest, width, edges }
+        Self { lowest, width, reference, edges }
     }
 
-    /// The correction to φ/T(0).
+    /// The correction to φ over the reference.
     pub fn correction(&self, height: f64) -> f64 {
         let scaled = (height - self.lowest) / self.width;
         #[allow(clippy::cast_possible_truncation, clippy::cast_sign_loss)]

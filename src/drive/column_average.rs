@@ -296,16 +296,19 @@ impl WallContact {
     }
 }
 
-persist!(ColumnAverage {
-    same division,
-    same open_end,
-    count configurations,
-    slice counts,
-    slice odd_counts,
-    count odd_configurations,
-    slice weights,
-    value contact,
-});
+persist!(
+    ColumnAverage {
+        same division,
+        same open_end,
+        count configurations,
+        slice counts,
+        slice odd_counts,
+        count odd_configurations,
+        slice weights,
+        value contact,
+    },
+    |average| average.odd_configurations <= average.configurations
+);
 persist!(Prior { slice ratios, value open_end_pressure, same weight, value measured });
 
 #[cfg(test)]

@@ -18,8 +18,9 @@ pub(super) struct ForceBounds {
     generation: u64,
 }
 
-/// Smallest and largest number of probes per diameter; see [`Drive::resolution`].
+/// Smallest number of probes per diameter.
 const LEAST_PROBES: u32 = 16;
+/// Largest number of probes per diameter, for a fine [`Drive::resolution`].
 const MOST_PROBES: f64 = 65_536.0;
 /// Largest force that is accepted.
 const LARGEST: f64 = 1e300;

@@ -54,7 +54,7 @@ impl StallGuard {
 
     #[cold]
     fn look(&mut self, left: f64) -> Result<bool, Error> {
-        let (path, pieces) = (self.length - left, self.before + self.pieces);
+        let (path, pieces) = (self.length - left, self.before.saturating_add(self.pieces));
         let is_endless = pieces >= Self::PIECES_OF_A_CHAIN && path < Self::SHORT * f64::from(pieces);
         if self.mark - left >= 1.0 && !is_endless {
             self.before = pieces;

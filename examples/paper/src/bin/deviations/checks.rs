@@ -109,16 +109,14 @@ fn papers_measures(case: &Case, ours: &Analysis, verdicts: &mut Verdicts) {
 fn papers(case: &Case, runs: &Papers, verdicts: &mut Verdicts) {
     let (label, name) = (case.label(), runs.name);
     if case.decay_rate > 0.0 {
-        let below = |replica: &Analysis| Analysis::mean_below(case, &replica.carnahan_starling, LOW);
-        let Some(mean) = runs.mean(below) else { return };
+        let mean = runs.mean(|run| Analysis::mean_below(case, &run.carnahan_starling, LOW));
         // The paper has up to 7 % there; counting noise must make 8.2 % at x = 10 and 5.4 % at x = 18.
         let claim = format!("{label}, {name}: mean P/(nTZ) − 1 below x = {LOW}; 7 % in the paper");
         verdicts.between(case.panel, &claim, mean, 0.05, 0.11);
         let error = exact(mean.standard_error);
         verdicts.at_most(case.panel, &format!("{label}, {name}: the standard error of this"), error, 0.01);
     } else {
-        let Some(first) = runs.replicas.first() else { return };
-        let part = first.part_below(LINE, FEW, |point| point.deviation);
+        let part = runs.first.part_below(LINE, FEW, |point| point.deviation);
         let claim = format!("{label}, {name}: part of the bins with δ below 2 %");
         verdicts.at_least(case.panel, &claim, exact(part), 0.99);
     }

@@ -121,8 +121,9 @@ fn run(arguments: &Arguments, session: &Session) -> Result<Ending, Failure> {
             warned.extend(
                 warnings_of(key).iter().map(|warning| format!("{}, {name}: {warning}", case.label())),
             );
-            let replicas = of_key(key).map(|measured| Analysis::new(&case, &measured.profiles));
-            papers.push(Papers { name, replicas: replicas.collect::<Result<_, _>>()? });
+            let mut runs = of_key(key).map(|measured| Analysis::new(&case, &measured.profiles));
+            let first = runs.next().ok_or("no runs")??;
+            papers.push(Papers { name, first, others: runs.collect::<Result<_, _>>()? });
         }
         warned
             .extend(warnings_of((index, None)).iter().map(|warning| format!("{}: {warning}", case.label())));

@@ -83,15 +83,17 @@ pub(crate) struct Outcome {
 #[derive(Debug, Clone)]
 pub(crate) struct Papers {
     pub(crate) name: &'static str,
-    pub(crate) replicas: Vec<Analysis>,
+    pub(crate) first: Analysis,
+    pub(crate) others: Vec<Analysis>,
 }
 
 impl Papers {
-    /// Mean over replicas. Its error is from their scatter, if there are several: their memory is
+    /// Mean over runs. Its error is from their scatter, if there are several: their memory is
     /// longer than an interval.
-    pub(crate) fn mean(&self, of: impl Fn(&Analysis) -> Estimate) -> Option<Estimate> {
-        let values: Vec<Estimate> = self.replicas.iter().map(of).collect();
-        let means: Vec<f64> = values.iter().map(|value| value.mean).collect();
-        mean_of_replicas(&means).ok().or(values.first().copied())
+    pub(crate) fn mean(&self, of: impl Fn(&Analysis) -> Estimate) -> Estimate {
+        let first = of(&self.first);
+        let others = self.others.iter().map(|run| of(run).mean);
+        let means: Vec<f64> = std::iter::once(first.mean).chain(others).collect();
+        mean_of_replicas(&means).unwrap_or(first)
     }
 }

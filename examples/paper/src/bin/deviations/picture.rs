@@ -85,8 +85,12 @@ fn papers_measures(outcomes: &[&Outcome], densest: f64) -> Panel {
         let (steepest, _) = outcome.case.steepest();
         panel = panel.line("", colors::GRAY, Mark::Dashed, [(steepest, LOWEST), (steepest, HIGHEST)]);
         for (runs, color) in outcome.papers.iter().zip([colors::GREEN, colors::PURPLE]) {
-            let bins = runs.replicas.first().map(|first| bins(first, |point| point.deviation));
-            panel = panel.points(&format!("δ, {}", runs.name), color, Mark::Dots, bins.into_iter().flatten());
+            panel = panel.points(
+                &format!("δ, {}", runs.name),
+                color,
+                Mark::Dots,
+                bins(&runs.first, |point| point.deviation),
+            );
         }
     }
     panel

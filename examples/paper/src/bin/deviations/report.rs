@@ -24,10 +24,7 @@ pub(crate) fn table(outcomes: &[Outcome]) -> Table {
     ]);
     for outcome in outcomes {
         let ours = std::iter::once((outcome.case.label(), &outcome.ours));
-        let papers = outcome
-            .papers
-            .iter()
-            .filter_map(|runs| Some((format!("  {}", runs.name), runs.replicas.first()?)));
+        let papers = outcome.papers.iter().map(|runs| (format!("  {}", runs.name), &runs.first));
         for (label, analysis) in ours.chain(papers) {
             let largest = farthest_from_zero(analysis.carnahan_starling.iter().copied());
             let median = analysis.median(|point| point.scatter);
@@ -65,11 +62,8 @@ pub(crate) fn groups(outcomes: &[Outcome]) -> Table {
     ]);
     for Outcome { case, nonlocal, ours, papers } in outcomes {
         for (index, &group) in case.groups.iter().enumerate() {
-            let of_paper: Vec<String> = papers
-                .iter()
-                .filter_map(|runs| runs.mean(|replica| replica.carnahan_starling[index]))
-                .map(percent)
-                .collect();
+            let of_paper: Vec<String> =
+                papers.iter().map(|runs| percent(runs.mean(|run| run.carnahan_starling[index]))).collect();
             table.row(
                 &case.label(),
                 [
@@ -92,7 +86,7 @@ pub(crate) fn write(outcomes: &[Outcome], report: &Report) -> Result<(), Failure
         let of_panel = || outcomes.iter().filter(|outcome| outcome.case.panel == panel);
         let sets = || {
             of_panel().flat_map(|outcome| {
-                let papers = outcome.papers.iter().filter_map(|runs| runs.replicas.first());
+                let papers = outcome.papers.iter().map(|runs| &runs.first);
                 let sets = std::iter::once(&outcome.ours).chain(papers);
                 sets.enumerate().map(move |(set, analysis)| (&outcome.case, set as f64, analysis))
             })
